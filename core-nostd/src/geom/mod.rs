@@ -1,0 +1,9 @@
+//! Boxes, triangles and rays on the grid.
+
+mod aabb;
+mod ray;
+mod triangle;
+
+pub use aabb::Aabb;
+pub use ray::{Axis, Ray, RayError};
+pub use triangle::{Intersection, PrimIndex, Triangle};

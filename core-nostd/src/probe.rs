@@ -1,0 +1,123 @@
+//! Micro-events that algorithms report while they run.
+//!
+//! A [`Probe`] has one no-op method per event. `()` is the probe that sees nothing and compiles to
+//! nothing; counters, traces, heat maps and timing replays implement the events they want.
+
+use crate::mem::ByteAddr;
+
+/// The part of a job that is under way. Memory traffic is attributed to the stage last announced.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Stage {
+    /// Primitives are read and written back as sorted runs.
+    PartialSort,
+    /// Runs are read and merged; in all passes but the last, written back as longer runs.
+    Merge,
+    /// Nodes and leaf table entries are written.
+    Emit,
+    /// Finished nodes are read back and written in a quantized format.
+    Compress,
+    /// Rays are traced.
+    Trace,
+}
+
+/// A listener to micro-events. Every method does nothing unless overridden.
+#[allow(unused_variables, reason = "the defaults ignore what they are told")]
+pub trait Probe {
+    /// A stage begins or resumes.
+    #[inline]
+    fn stage(&mut self, stage: Stage) {}
+    /// A compare-and-swap of an insertion sorter.
+    #[inline]
+    fn compare_swap(&mut self) {}
+    /// A value entered the merge heap while it was being filled.
+    #[inline]
+    fn heap_insert(&mut self) {}
+    /// The top of the merge heap was replaced by its successor or by infinity.
+    #[inline]
+    fn heap_replace(&mut self) {}
+    /// The merge delivered a record.
+    #[inline]
+    fn merge_output(&mut self) {}
+    /// The hierarchy emitter pushed its stack, which now holds `depth` entries.
+    #[inline]
+    fn emit_push(&mut self, depth: usize) {}
+    /// The hierarchy emitter popped its stack and completed an inner node.
+    #[inline]
+    fn emit_node(&mut self) {}
+    /// A primitive joined the open leaf.
+    #[inline]
+    fn emit_extend_leaf(&mut self) {}
+    /// Traversal fetched a node of `bytes` bytes.
+    #[inline]
+    fn node_fetch(&mut self, addr: ByteAddr, bytes: u32) {}
+    /// Traversal tested a ray against one box.
+    #[inline]
+    fn box_test(&mut self) {}
+    /// Traversal tested a ray against one triangle.
+    #[inline]
+    fn triangle_test(&mut self) {}
+    /// Traversal pushed its stack, which now holds `depth` entries.
+    #[inline]
+    fn stack_push(&mut self, depth: usize) {}
+    /// Traversal popped its stack.
+    #[inline]
+    fn stack_pop(&mut self) {}
+}
+
+impl Probe for () {}
+
+impl<P: Probe + ?Sized> Probe for &mut P {
+    #[inline]
+    fn stage(&mut self, stage: Stage) {
+        (**self).stage(stage);
+    }
+    #[inline]
+    fn compare_swap(&mut self) {
+        (**self).compare_swap();
+    }
+    #[inline]
+    fn heap_insert(&mut self) {
+        (**self).heap_insert();
+    }
+    #[inline]
+    fn heap_replace(&mut self) {
+        (**self).heap_replace();
+    }
+    #[inline]
+    fn merge_output(&mut self) {
+        (**self).merge_output();
+    }
+    #[inline]
+    fn emit_push(&mut self, depth: usize) {
+        (**self).emit_push(depth);
+    }
+    #[inline]
+    fn emit_node(&mut self) {
+        (**self).emit_node();
+    }
+    #[inline]
+    fn emit_extend_leaf(&mut self) {
+        (**self).emit_extend_leaf();
+    }
+    #[inline]
+    fn node_fetch(&mut self, addr: ByteAddr, bytes: u32) {
+        (**self).node_fetch(addr, bytes);
+    }
+    #[inline]
+    fn box_test(&mut self) {
+        (**self).box_test();
+    }
+    #[inline]
+    fn triangle_test(&mut self) {
+        (**self).triangle_test();
+    }
+    #[inline]
+    fn stack_push(&mut self, depth: usize) {
+        (**self).stack_push(depth);
+    }
+    #[inline]
+    fn stack_pop(&mut self) {
+        (**self).stack_pop();
+    }
+}

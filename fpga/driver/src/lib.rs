@@ -1,0 +1,2 @@
+//! Placeholder-free crate root; see the crate description.
+#![no_std]

@@ -1,0 +1,1 @@
+//! Simulated memory behind the core's `Bus`.

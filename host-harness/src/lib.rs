@@ -1,0 +1,8 @@
+//! The host side of Xylem: scenes, simulated memory and clocks, reports and the command line.
+
+pub mod bus;
+pub mod cli;
+pub mod machine;
+pub mod report;
+pub mod scene;
+pub mod soc;

@@ -1,0 +1,1 @@
+//! One cycle model per hardware unit.

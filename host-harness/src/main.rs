@@ -1,0 +1,2 @@
+//! The `xylem` command.
+fn main() {}

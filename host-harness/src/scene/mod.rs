@@ -1,0 +1,1 @@
+//! Meshes, grids, rays and procedural scenes.

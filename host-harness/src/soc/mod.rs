@@ -1,0 +1,1 @@
+//! The soft core: instruction simulator, memory map and log.
