@@ -7,7 +7,15 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod compress;
+pub mod emit;
+pub mod error;
 pub mod geom;
 pub mod mem;
+pub mod node;
 pub mod num;
+pub mod pipeline;
 pub mod probe;
+pub mod quality;
+pub mod sort;
+pub mod traverse;

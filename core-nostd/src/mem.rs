@@ -8,7 +8,7 @@ use core::fmt;
 
 mod burst;
 
-pub use burst::{BurstError, BurstWriter};
+pub use burst::{BurstWriter, MAX_BURST_BYTES};
 
 /// A byte address in external memory.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]

@@ -64,9 +64,10 @@ impl Ray {
     /// `t_min` and `t_max` as i64 (2⁻⁶), little-endian.
     pub const BYTES: usize = 40;
 
-    /// The farthest that an origin coordinate may be from the grid's centre: 2²⁵ − 2²³ grid units,
-    /// one and a half grid widths. It keeps every distance to a plane of the grid below 2²⁵ units.
-    pub const ORIGIN_LIMIT: i32 = (1 << 25) - (1 << 23);
+    /// The farthest that an origin coordinate may be from the grid's centre: 2²⁵ − 2²³ − 1 grid
+    /// units, one and a half grid widths. It keeps every distance to a plane of the grid below 2²⁵
+    /// units, which is 31 bits and a sign in units of 2⁻⁶.
+    pub const ORIGIN_LIMIT: i32 = (1 << 25) - (1 << 23) - 1;
 
     /// The largest magnitude of a time, 2²⁷ in [`Time`] units proper: no hit in the grid is farther.
     pub const TIME_LIMIT: Time = Time::from_bits(1 << 33);

@@ -3,84 +3,67 @@
 use heapless::Vec;
 
 use super::{Bus, Region};
+use crate::error::{BuildError, RegionName};
+use crate::probe::Stage;
 
-/// Why a [`BurstWriter`] could not take or flush bytes.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum BurstError<E> {
-    /// The region has no room for the next record; what was written before stays.
-    Full {
-        /// Bytes that the stream needs at least, counted from the region's base.
-        needed: u32,
-    },
-    /// The bus refused a burst.
-    Bus(E),
-}
+/// The longest burst that a [`BurstWriter`] writes, in bytes.
+pub const MAX_BURST_BYTES: usize = 1024;
 
-/// Collects consecutive records and writes them to a region in bursts of at most `BYTES` bytes.
+/// Collects consecutive records and writes them to a region in bursts.
 ///
 /// This is the burst buffer in front of each write port of the builder. A record is placed whole:
 /// it starts a new burst if it does not fit into the open one.
 #[derive(Debug)]
-pub struct BurstWriter<const BYTES: usize> {
+pub struct BurstWriter {
     region: Region,
-    written: u32,
-    pending: Vec<u8, BYTES>,
+    name: RegionName,
+    stage: Stage,
     burst: usize,
+    written: u32,
+    pending: Vec<u8, MAX_BURST_BYTES>,
 }
 
-impl<const BYTES: usize> BurstWriter<BYTES> {
-    /// A writer at the start of `region` that writes `burst` bytes at a time (at most `BYTES`).
-    pub const fn new(region: Region, burst: usize) -> Self {
-        let burst = if burst > BYTES { BYTES } else { burst };
-        Self { region, written: 0, pending: Vec::new(), burst }
+impl BurstWriter {
+    /// A writer at the start of `region` that writes `burst` bytes at a time, at most
+    /// [`MAX_BURST_BYTES`]. `name` and `stage` are for its errors.
+    pub const fn new(region: Region, name: RegionName, stage: Stage, burst: usize) -> Self {
+        let burst = if burst > MAX_BURST_BYTES { MAX_BURST_BYTES } else { burst };
+        Self { region, name, stage, burst, written: 0, pending: Vec::new() }
     }
 
-    /// Bytes accepted so far, written or pending.
-    pub fn len(&self) -> u32 {
-        self.written + self.pending.len() as u32
-    }
-
-    /// Whether nothing was accepted yet.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Accepts one record.
+    /// Accepts one record, which must not be longer than a burst.
     ///
     /// # Errors
-    /// [`BurstError::Full`] if the record would leave the region; the writer is unchanged.
-    /// [`BurstError::Bus`] if a burst had to be written first and failed.
+    /// [`BuildError::RegionFull`] if the record would leave the region; the writer is unchanged.
+    /// [`BuildError::Bus`] if a burst had to be written first and failed.
     #[inline]
-    pub fn push<B: Bus>(&mut self, bus: &mut B, record: &[u8]) -> Result<(), BurstError<B::Error>> {
-        let len = self.len();
+    pub fn push<B: Bus>(&mut self, bus: &mut B, record: &[u8]) -> Result<(), BuildError<B::Error>> {
+        let len = self.written + self.pending.len() as u32;
         if self.region.at(len, record.len() as u32).is_none() {
-            return Err(BurstError::Full { needed: len.saturating_add(record.len() as u32) });
+            return Err(BuildError::RegionFull {
+                region: self.name,
+                needed: u64::from(len) + record.len() as u64,
+                available: self.region.size,
+            });
         }
         if self.pending.len() + record.len() > self.burst {
             self.flush(bus)?;
         }
-        if self.pending.extend_from_slice(record).is_err() {
-            // A record longer than the buffer goes straight through.
-            let addr = self.region.at(self.written, record.len() as u32);
-            let addr = addr.ok_or(BurstError::Full { needed: len })?;
-            bus.write(addr, record).map_err(BurstError::Bus)?;
-            self.written += record.len() as u32;
-        }
-        Ok(())
+        self.pending.extend_from_slice(record).map_err(|_| BuildError::Internal)
     }
 
     /// Writes what is pending.
     ///
     /// # Errors
-    /// [`BurstError::Bus`] if the burst failed; it stays pending.
-    pub fn flush<B: Bus>(&mut self, bus: &mut B) -> Result<(), BurstError<B::Error>> {
+    /// [`BuildError::Bus`] if the burst failed; it stays pending.
+    pub fn flush<B: Bus>(&mut self, bus: &mut B) -> Result<(), BuildError<B::Error>> {
         if self.pending.is_empty() {
             return Ok(());
         }
         let len = self.pending.len() as u32;
-        let addr = self.region.at(self.written, len);
-        let addr = addr.ok_or(BurstError::Full { needed: self.len() })?;
-        bus.write(addr, &self.pending).map_err(BurstError::Bus)?;
+        let addr = self.region.at(self.written, len).ok_or(BuildError::Internal)?;
+        let stage = self.stage;
+        bus.write(addr, &self.pending).map_err(|error| BuildError::Bus { stage, addr, error })?;
         self.written += len;
         self.pending.clear();
         Ok(())
@@ -107,10 +90,14 @@ mod tests {
         }
     }
 
+    fn writer(region: Region, burst: usize) -> BurstWriter {
+        BurstWriter::new(region, RegionName::Nodes, Stage::Emit, burst)
+    }
+
     #[test]
     fn records_leave_in_whole_bursts_and_the_rest_at_flush() {
         let mut log = Log::default();
-        let mut writer = BurstWriter::<64>::new(Region::new(0x1000, 100), 32);
+        let mut writer = writer(Region::new(0x1000, 100), 32);
         for _ in 0..5 {
             writer.push(&mut log, &[0; 16]).unwrap();
         }
@@ -123,11 +110,26 @@ mod tests {
     #[test]
     fn a_full_region_refuses_the_record_and_keeps_the_earlier_ones() {
         let mut log = Log::default();
-        let mut writer = BurstWriter::<64>::new(Region::new(0, 40), 64);
+        let mut writer = writer(Region::new(0, 40), 64);
         writer.push(&mut log, &[0; 16]).unwrap();
         writer.push(&mut log, &[0; 16]).unwrap();
-        assert_eq!(writer.push(&mut log, &[0; 16]), Err(BurstError::Full { needed: 48 }));
+        let full = BuildError::RegionFull { region: RegionName::Nodes, needed: 48, available: 40 };
+        assert_eq!(writer.push(&mut log, &[0; 16]), Err(full));
         writer.flush(&mut log).unwrap();
         assert_eq!(log.bursts.as_slice(), [(0, 32)]);
+    }
+
+    #[test]
+    fn a_failed_burst_stays_pending() {
+        let mut log = Log::default();
+        for i in 0..8 {
+            log.bursts.push((i, 0)).unwrap();
+        }
+        let mut writer = writer(Region::new(0, 64), 32);
+        writer.push(&mut log, &[0; 16]).unwrap();
+        assert!(matches!(writer.flush(&mut log), Err(BuildError::Bus { error: (), .. })));
+        log.bursts.clear();
+        writer.flush(&mut log).unwrap();
+        assert_eq!(log.bursts.as_slice(), [(0, 16)]);
     }
 }

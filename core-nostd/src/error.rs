@@ -1,0 +1,149 @@
+//! Why a build or a compression could not be done.
+
+use core::fmt;
+
+use crate::geom::PrimIndex;
+use crate::mem::ByteAddr;
+use crate::probe::Stage;
+
+/// The regions of external memory that a job uses.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RegionName {
+    /// The input primitives.
+    Primitives,
+    /// The sorted runs of the partial sort and of every second merge pass.
+    RunsA,
+    /// The merged runs of the other passes.
+    RunsB,
+    /// The 64-byte nodes.
+    Nodes,
+    /// The leaf table.
+    LeafTable,
+    /// The quantized nodes.
+    QuantizedNodes,
+    /// The triangles that rays are tested against.
+    Triangles,
+}
+
+impl RegionName {
+    /// The region's name in words.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Primitives => "primitives",
+            Self::RunsA => "runs A",
+            Self::RunsB => "runs B",
+            Self::Nodes => "nodes",
+            Self::LeafTable => "leaf table",
+            Self::QuantizedNodes => "quantized nodes",
+            Self::Triangles => "triangles",
+        }
+    }
+}
+
+impl fmt::Display for RegionName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// Which parameter of a configuration is wrong.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// The scratchpad capacity `M` is not a power of two of at least four bursts.
+    Capacity,
+    /// The burst `B` is not a power of two of at most 32 records.
+    Burst,
+    /// The workspace is smaller than the capacity or the merge width asks for.
+    Workspace,
+    /// 8-byte pairs hold 30-bit codes only.
+    PairCode,
+    /// The largest leaf is not 1 to 255 primitives.
+    LeafSize,
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Capacity => "capacity M must be a power of two and at least 4 bursts",
+            Self::Burst => "burst B must be a power of two from 1 to 32",
+            Self::Workspace => "workspace is smaller than capacity M or merge width M/2B",
+            Self::PairCode => "8-byte pairs hold 30-bit Morton codes; use a wider record for 63",
+            Self::LeafSize => "leaf size must be from 1 to 255",
+        })
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// Why a build or a compression stopped. What had been written before stays in memory.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum BuildError<E> {
+    /// The configuration cannot work, whatever the input.
+    Config(ConfigError),
+    /// The bus failed.
+    Bus {
+        /// The stage under way.
+        stage: Stage,
+        /// First byte of the failed burst.
+        addr: ByteAddr,
+        /// What the bus said.
+        error: E,
+    },
+    /// A region is too small.
+    RegionFull {
+        /// Which one.
+        region: RegionName,
+        /// Bytes that the job needs at least.
+        needed: u64,
+        /// Bytes that the region has.
+        available: u32,
+    },
+    /// A primitive's box is inverted or off the grid, or its reference has 32 bits.
+    InvalidPrimitive {
+        /// Its position in the input.
+        index: PrimIndex,
+    },
+    /// More nodes or leaf table entries than a pointer of the node format can name.
+    PointerOverflow,
+    /// A node read back from memory is not one that the builder writes.
+    CorruptNode {
+        /// Its index.
+        index: u32,
+    },
+    /// An internal bound was exceeded; this is a defect of the core.
+    Internal,
+}
+
+impl<E: fmt::Debug> fmt::Display for BuildError<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Config(error) => write!(f, "{error}"),
+            Self::Bus { stage, addr, error } => {
+                write!(f, "bus error at {addr} during {stage:?}: {error:?}")
+            }
+            Self::RegionFull { region, needed, available } => write!(
+                f,
+                "region `{region}` is too small: {needed} bytes needed, {available} available"
+            ),
+            Self::InvalidPrimitive { index } => {
+                write!(f, "primitive {} has an inverted or off-grid box", index.0)
+            }
+            Self::PointerOverflow => f.write_str("more nodes than the format's pointers can name"),
+            Self::CorruptNode { index } => write!(f, "node {index} in memory is corrupt"),
+            Self::Internal => f.write_str("an internal bound was exceeded (a defect of the core)"),
+        }
+    }
+}
+
+impl<E: fmt::Debug> core::error::Error for BuildError<E> {}
+
+impl<E> From<ConfigError> for BuildError<E> {
+    fn from(error: ConfigError) -> Self {
+        Self::Config(error)
+    }
+}

@@ -1,0 +1,98 @@
+//! Byte formats of trees in external memory.
+//!
+//! Each format has a file with its bit table, a borrowed view over bytes and an owned
+//! representation. Building and traversing meet only here.
+//!
+//! A tree is an array of nodes in the order of their completion, children before parents, so that
+//! the root is the last one; and a [leaf table](LeafEntry), where a leaf is a run of entries that
+//! ends with a marked one. The [`Tree`] descriptor, which stays on chip, holds the root.
+
+mod bvh2;
+mod leaf;
+mod quantized;
+
+pub use bvh2::{Bvh2Node, Bvh2View};
+pub use leaf::LeafEntry;
+pub use quantized::{QuantizedChild, QuantizedPair, QuantizedView};
+
+use crate::geom::Aabb;
+use crate::mem::Region;
+
+/// The index of a node in its region.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NodeIndex(pub u32);
+
+/// What a child pointer names.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Child {
+    /// Another node.
+    Inner(NodeIndex),
+    /// A run of the leaf table.
+    Leaf {
+        /// Its first entry.
+        first: u32,
+        /// How many entries it has, or [`Child::TO_MARK`] where the format does not say.
+        count: u32,
+    },
+}
+
+impl Child {
+    /// The count of a leaf that extends to the marked entry.
+    pub const TO_MARK: u32 = u32::MAX;
+}
+
+/// A finished part of a tree: its exact box and a pointer to it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Subtree {
+    /// The smallest box around its primitives.
+    pub bounds: Aabb,
+    /// Where it is.
+    pub child: Child,
+}
+
+/// The largest leaf, in primitives: the leaf size field has 8 bits.
+pub const MAX_LEAF_SIZE: u32 = 255;
+
+/// The byte format of a node.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum NodeFormat {
+    /// 64 bytes, two exact boxes: [`Bvh2Node`].
+    #[default]
+    Bvh2,
+    /// 16 bytes, two quantized boxes in coordinates relative to the parent: [`QuantizedPair`].
+    QuantizedRelative,
+    /// 16 bytes, two quantized boxes in modulo coordinates: [`QuantizedPair`].
+    QuantizedModulo,
+}
+
+impl NodeFormat {
+    /// Bytes of a node.
+    pub const fn bytes(self) -> u32 {
+        match self {
+            Self::Bvh2 => Bvh2Node::BYTES as u32,
+            Self::QuantizedRelative | Self::QuantizedModulo => QuantizedPair::BYTES as u32,
+        }
+    }
+}
+
+/// The descriptor of a tree.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Tree {
+    /// The byte format of the nodes.
+    pub format: NodeFormat,
+    /// The root, or `None` for the tree of no primitives. A tree of one leaf has no nodes.
+    pub root: Option<Subtree>,
+    /// How many nodes there are.
+    pub node_count: u32,
+    /// How many leaves there are.
+    pub leaf_count: u32,
+    /// How many leaf table entries there are: the number of primitives.
+    pub entry_count: u32,
+    /// Where the nodes are.
+    pub nodes: Region,
+    /// Where the leaf table is.
+    pub leaf_table: Region,
+}

@@ -1,0 +1,318 @@
+//! Whole builds: primitives in, tree out.
+
+use crate::emit::{Emitter, Step};
+use crate::error::{BuildError, ConfigError, RegionName};
+use crate::mem::{BurstWriter, Bus, Region};
+use crate::node::{Bvh2Node, LeafEntry, MAX_LEAF_SIZE, NodeFormat, Subtree, Tree};
+use crate::num::{Grid, MortonCoder, MortonWidth};
+use crate::probe::{Probe, Stage};
+use crate::sort::{
+    InputFormat, Item, MultiMerge, PrimitiveReader, RecordFormat, SortConfig, Workspace,
+    partial_sort,
+};
+
+/// What to build and how.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct BuildConfig {
+    /// The grid that the input lies on.
+    pub grid: Grid,
+    /// How many bits the sort key has.
+    pub morton: MortonWidth,
+    /// What the input region consists of.
+    pub input: InputFormat,
+    /// The shape of the sorter.
+    pub sort: SortConfig,
+    /// The largest leaf, in primitives, 1 to 255. Only primitives with equal codes share a leaf.
+    pub max_leaf_size: u32,
+    /// Bytes of a burst of the node and leaf table writers.
+    pub write_burst: u32,
+}
+
+impl Default for BuildConfig {
+    /// P2's: 30-bit codes, 32-byte boxes in and between, `M` = 8192, `B` = 16, bursts of 512 bytes.
+    fn default() -> Self {
+        Self {
+            grid: Grid::DEFAULT,
+            morton: MortonWidth::Bits30,
+            input: InputFormat::Box32,
+            sort: SortConfig::PAPER,
+            max_leaf_size: MAX_LEAF_SIZE,
+            write_burst: 512,
+        }
+    }
+}
+
+/// Where a build finds and puts things.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct BuildRegions {
+    /// The input, see [`InputFormat`].
+    pub primitives: Region,
+    /// The sorted runs of the partial sort and of every second merge pass.
+    pub runs_a: Region,
+    /// The runs of the other passes; may be empty where one pass is enough.
+    pub runs_b: Region,
+    /// The 64-byte nodes.
+    pub nodes: Region,
+    /// The leaf table, 4 bytes a primitive.
+    pub leaf_table: Region,
+}
+
+impl BuildConfig {
+    /// How many primitives one merge pass can bring in order: `M² / 2B`.
+    pub const fn one_pass_capacity(&self) -> u64 {
+        self.sort.capacity as u64 * self.sort.width() as u64
+    }
+
+    /// How many bytes each of the run regions must have for `count` primitives.
+    pub const fn run_bytes(&self, count: u32) -> u64 {
+        count as u64 * self.sort.record.bytes() as u64
+    }
+
+    fn check(&self, workspace: &Workspace<'_>) -> Result<(), ConfigError> {
+        self.sort.check(workspace)?;
+        if self.max_leaf_size == 0 || self.max_leaf_size > MAX_LEAF_SIZE {
+            return Err(ConfigError::LeafSize);
+        }
+        if self.sort.record == RecordFormat::Pair8 && self.morton == MortonWidth::Bits63 {
+            return Err(ConfigError::PairCode);
+        }
+        Ok(())
+    }
+}
+
+/// Builds a tree of 64-byte nodes over `count` primitives: partial sort, multi-merge, and hierarchy
+/// emission straight from the merge's last pass (P2 §4–5).
+///
+/// The tree depends on the primitives, [`BuildConfig::morton`] and [`BuildConfig::max_leaf_size`]
+/// only; the other parameters change the traffic.
+///
+/// # Errors
+/// [`BuildError`]. Regions whose size follows from `count` are checked before anything is written;
+/// the node region may run full while nodes are written, and those that fit are then there.
+pub fn build<B: Bus, P: Probe>(
+    bus: &mut B,
+    config: &BuildConfig,
+    regions: &BuildRegions,
+    count: u32,
+    workspace: &mut Workspace<'_>,
+    probe: &mut P,
+) -> Result<Tree, BuildError<B::Error>> {
+    config.check(workspace)?;
+    let (capacity, width) = (config.sort.capacity, config.sort.width());
+    let passes = further_passes(count.div_ceil(capacity), width);
+    check_regions(config, regions, count, passes)?;
+
+    let pairs = config.sort.record == RecordFormat::Pair8;
+    let coder = MortonCoder::new(config.grid, config.morton);
+    let reader = PrimitiveReader {
+        region: regions.primitives,
+        count,
+        format: config.input,
+        grid: config.grid,
+        coder,
+        by_position: pairs,
+    };
+    partial_sort(bus, &config.sort, workspace, &reader, regions.runs_a, probe)?;
+
+    let mut source = (regions.runs_a, RegionName::RunsA);
+    let mut target = (regions.runs_b, RegionName::RunsB);
+    let mut run = capacity;
+    for _ in 0..passes {
+        merge_pass(bus, &config.sort, workspace, (source, target), coder, (count, run), probe)?;
+        core::mem::swap(&mut source, &mut target);
+        run = run.saturating_mul(width);
+    }
+
+    let mut merge = MultiMerge::over_runs(
+        bus,
+        &config.sort,
+        workspace,
+        source.0,
+        source.1,
+        coder,
+        0..count,
+        run,
+        {
+            probe.stage(Stage::Merge);
+            &mut *probe
+        },
+    )?;
+    let mut tree = TreeWriter::new(config, regions);
+    while let Some(mut item) = merge.next(bus, probe)? {
+        if pairs {
+            reader.read(bus, Stage::Merge, item.reference, core::slice::from_mut(&mut item))?;
+            // The code was sorted by; it is the same as the one just computed.
+        }
+        tree.accept(bus, &item, probe)?;
+    }
+    tree.finish(bus, probe)
+}
+
+/// How many merge passes must write runs back before one merge can take them all.
+fn further_passes(mut runs: u32, width: u32) -> u32 {
+    let mut passes = 0;
+    while runs > width {
+        runs = runs.div_ceil(width);
+        passes += 1;
+    }
+    passes
+}
+
+fn check_regions<E>(
+    config: &BuildConfig,
+    regions: &BuildRegions,
+    count: u32,
+    passes: u32,
+) -> Result<(), BuildError<E>> {
+    let count_bytes = |bytes: u32| u64::from(count) * u64::from(bytes);
+    let runs_b = if passes > 0 { config.run_bytes(count) } else { 0 };
+    for (region, name, needed) in [
+        (regions.primitives, RegionName::Primitives, count_bytes(config.input.bytes())),
+        (regions.runs_a, RegionName::RunsA, config.run_bytes(count)),
+        (regions.runs_b, RegionName::RunsB, runs_b),
+        (regions.leaf_table, RegionName::LeafTable, count_bytes(LeafEntry::BYTES as u32)),
+    ] {
+        if needed > u64::from(region.size) {
+            return Err(BuildError::RegionFull { region: name, needed, available: region.size });
+        }
+    }
+    // References have 31 bits, so positions must.
+    if count >> 31 == 0 { Ok(()) } else { Err(BuildError::PointerOverflow) }
+}
+
+/// Merges groups of runs from one region into longer runs in the other.
+fn merge_pass<B: Bus, P: Probe>(
+    bus: &mut B,
+    config: &SortConfig,
+    workspace: &mut Workspace<'_>,
+    (source, target): ((Region, RegionName), (Region, RegionName)),
+    coder: MortonCoder,
+    (count, run): (u32, u32),
+    probe: &mut P,
+) -> Result<(), BuildError<B::Error>> {
+    probe.stage(Stage::Merge);
+    let burst = (config.burst * config.record.bytes()) as usize;
+    let mut writer = BurstWriter::new(target.0, target.1, Stage::Merge, burst);
+    let group = run.saturating_mul(config.width());
+    let mut first = 0;
+    while first < count {
+        let end = count.min(first.saturating_add(group));
+        let mut merge = MultiMerge::over_runs(
+            bus,
+            config,
+            workspace,
+            source.0,
+            source.1,
+            coder,
+            first..end,
+            run,
+            probe,
+        )?;
+        while let Some(item) = merge.next(bus, probe)? {
+            let mut record = [0; RecordFormat::MAX_BYTES];
+            config.record.encode(&item, &mut record);
+            writer.push(bus, &record[..config.record.bytes() as usize])?;
+        }
+        first = end;
+    }
+    writer.flush(bus)
+}
+
+/// The emitter with its two write ports.
+struct TreeWriter {
+    emitter: Emitter,
+    nodes: BurstWriter,
+    leaf_table: BurstWriter,
+    tree: Tree,
+}
+
+impl TreeWriter {
+    fn new(config: &BuildConfig, regions: &BuildRegions) -> Self {
+        let port =
+            |region, name| BurstWriter::new(region, name, Stage::Emit, config.write_burst as usize);
+        Self {
+            emitter: Emitter::new(config.max_leaf_size),
+            nodes: port(regions.nodes, RegionName::Nodes),
+            leaf_table: port(regions.leaf_table, RegionName::LeafTable),
+            tree: Tree {
+                format: NodeFormat::Bvh2,
+                root: None,
+                node_count: 0,
+                leaf_count: 0,
+                entry_count: 0,
+                nodes: regions.nodes,
+                leaf_table: regions.leaf_table,
+            },
+        }
+    }
+
+    #[inline]
+    fn accept<B: Bus, P: Probe>(
+        &mut self,
+        bus: &mut B,
+        item: &Item,
+        probe: &mut P,
+    ) -> Result<(), BuildError<B::Error>> {
+        let entry = self.emitter.accept(item, probe).map_err(|_| BuildError::Internal)?;
+        probe.stage(Stage::Emit);
+        self.tree.entry_count += 1;
+        self.write_entry(bus, entry)?;
+        self.drain(bus, probe)?;
+        probe.stage(Stage::Merge);
+        Ok(())
+    }
+
+    fn finish<B: Bus, P: Probe>(
+        mut self,
+        bus: &mut B,
+        probe: &mut P,
+    ) -> Result<Tree, BuildError<B::Error>> {
+        probe.stage(Stage::Emit);
+        let entry = self.emitter.finish();
+        self.write_entry(bus, entry)?;
+        self.tree.root = self.drain(bus, probe)?;
+        self.nodes.flush(bus)?;
+        self.leaf_table.flush(bus)?;
+        self.tree.node_count = self.emitter.nodes();
+        self.tree.leaf_count = self.emitter.leaves();
+        Ok(self.tree)
+    }
+
+    #[inline]
+    fn write_entry<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        entry: Option<LeafEntry>,
+    ) -> Result<(), BuildError<B::Error>> {
+        match entry {
+            Some(entry) => self.leaf_table.push(bus, &entry.to_bytes()),
+            None => Ok(()),
+        }
+    }
+
+    /// Steps the emitter until it is ready; gives the root if the input has ended.
+    #[inline]
+    fn drain<B: Bus, P: Probe>(
+        &mut self,
+        bus: &mut B,
+        probe: &mut P,
+    ) -> Result<Option<Subtree>, BuildError<B::Error>> {
+        while !self.emitter.is_ready() {
+            match self.emitter.step(probe) {
+                Step::Node(node) => self.write_node(bus, &node)?,
+                Step::Root(root) => return Ok(Some(root)),
+                Step::Push | Step::Idle => {}
+            }
+        }
+        Ok(None)
+    }
+
+    #[inline]
+    fn write_node<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        node: &Bvh2Node,
+    ) -> Result<(), BuildError<B::Error>> {
+        self.nodes.push(bus, &node.to_bytes())
+    }
+}

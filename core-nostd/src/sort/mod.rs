@@ -1,0 +1,114 @@
+//! External merge sort of primitives by Morton code.
+//!
+//! As in P1 §3 and §4.2–4.4, P2 §4.2 and §5.2–5.5: blocks of `M` primitives that fit the scratchpad
+//! are sorted on chip and written back as *runs* (partial sort); a wide multi-merge over a
+//! replace-top heap then reads all runs side by side in bursts of `B` records and delivers one
+//! sorted stream. More runs than the merge is wide take further passes.
+//!
+//! The order is by Morton code, ties by position in the input. It is the same for every `M`, `B`
+//! and record format, because every step is stable: runs are numbered in input order, and equal
+//! codes leave the heap in the order of their runs.
+
+mod heap;
+mod insertion;
+mod multimerge;
+mod partial;
+mod record;
+
+pub use heap::{HeapEntry, ReplaceHeap};
+pub use multimerge::{MultiMerge, Queue};
+pub use record::{InputFormat, Item, RecordFormat};
+
+pub(crate) use partial::partial_sort;
+pub(crate) use record::PrimitiveReader;
+
+use heapless::{Vec, VecView};
+
+use crate::error::ConfigError;
+
+/// The longest burst, in records.
+pub const MAX_BURST: usize = 32;
+
+/// The shape of the sorter.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct SortConfig {
+    /// `M`: how many records the scratchpad holds; a power of two, at least `4 · burst`.
+    pub capacity: u32,
+    /// `B`: how many records a burst moves; a power of two, at most [`MAX_BURST`].
+    pub burst: u32,
+    /// What a run consists of.
+    pub record: RecordFormat,
+}
+
+impl SortConfig {
+    /// The configuration of P2 §6.2: `M` = 8192, `B` = 16, 32-byte boxes.
+    pub const PAPER: Self = Self { capacity: 8192, burst: 16, record: RecordFormat::Box32 };
+
+    /// How many runs are merged at once: `M / 2B`, as each run owns two bursts of the scratchpad.
+    pub const fn width(&self) -> u32 {
+        self.capacity / (2 * self.burst)
+    }
+
+    /// Checks the parameters against each other and against a workspace.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the parameter.
+    pub fn check(&self, workspace: &Workspace<'_>) -> Result<(), ConfigError> {
+        if !self.burst.is_power_of_two() || self.burst as usize > MAX_BURST {
+            return Err(ConfigError::Burst);
+        }
+        if !self.capacity.is_power_of_two() || self.capacity < 4 * self.burst {
+            return Err(ConfigError::Capacity);
+        }
+        let width = self.width() as usize;
+        let fits = workspace.items.len() >= self.capacity as usize
+            && workspace.queues.capacity() >= width
+            && workspace.heap.capacity() >= width;
+        if fits { Ok(()) } else { Err(ConfigError::Workspace) }
+    }
+}
+
+impl Default for SortConfig {
+    fn default() -> Self {
+        Self::PAPER
+    }
+}
+
+/// The on-chip storage that the sorter borrows.
+#[derive(Debug)]
+pub struct Workspace<'a> {
+    /// The scratchpad.
+    pub items: &'a mut [Item],
+    /// Read positions of the runs being merged.
+    pub queues: &'a mut VecView<Queue>,
+    /// The merge heap.
+    pub heap: &'a mut VecView<HeapEntry>,
+}
+
+/// Storage for a [`Workspace`] of up to `M` records and a merge of up to `W` runs.
+///
+/// Large: keep it in a `static` or on a heap, not on a stack.
+#[derive(Debug)]
+pub struct SortBuffers<const M: usize, const W: usize> {
+    items: [Item; M],
+    queues: Vec<Queue, W>,
+    heap: Vec<HeapEntry, W>,
+}
+
+impl<const M: usize, const W: usize> SortBuffers<M, W> {
+    /// Empty buffers.
+    pub const fn new() -> Self {
+        Self { items: [Item::ZERO; M], queues: Vec::new(), heap: Vec::new() }
+    }
+
+    /// The buffers as a workspace.
+    pub fn workspace(&mut self) -> Workspace<'_> {
+        Workspace { items: &mut self.items, queues: &mut self.queues, heap: &mut self.heap }
+    }
+}
+
+impl<const M: usize, const W: usize> Default for SortBuffers<M, W> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,31 @@
+//! Traversal of 64-byte nodes.
+
+use super::search::{ChildTest, Traversable};
+use super::slab::Slabs;
+use crate::geom::Ray;
+use crate::node::{Bvh2Node, Bvh2View, Subtree};
+
+/// Nodes with exact boxes: each plane distance is computed from the origin.
+#[derive(Debug)]
+pub(super) struct Exact;
+
+impl Traversable for Exact {
+    type Context = ();
+    type Bytes = [u8; Bvh2Node::BYTES];
+    const EMPTY: Self::Bytes = [0; Bvh2Node::BYTES];
+
+    fn root(ray: &Ray, root: &Subtree) -> Option<(Slabs, ())> {
+        Some((Slabs::new(ray, &root.bounds), ()))
+    }
+
+    #[inline]
+    fn children(ray: &Ray, bytes: &Self::Bytes, (): &(), t_max: i64) -> Option<[ChildTest<()>; 2]> {
+        let view = Bvh2View::new(bytes);
+        let test = |i| {
+            let slabs = Slabs::new(ray, &view.bounds(i));
+            let entry = slabs.entry(ray, ray.t_min().to_bits(), t_max);
+            Some(ChildTest { child: view.child(i)?, entry, context: () })
+        };
+        Some([test(0)?, test(1)?])
+    }
+}

@@ -1,0 +1,67 @@
+//! Tracing rays: closest hit and any hit over every node format.
+//!
+//! One loop (`search`) serves all formats: it orders children, keeps a bounded stack and tests
+//! triangles. A format contributes only how the boxes of a node's children are read and tested.
+//!
+//! # Watertightness
+//!
+//! A box test may report a hit where there is none, never the reverse. For each axis the near plane
+//! is crossed at a time that is rounded down and the far plane at one that is rounded up
+//! ([`crate::num::Reciprocal`]); the largest near time and the smallest far time then enclose the
+//! exact interval in which the ray is inside the box. A triangle's intersection lies in its box, so
+//! at its exact time the ray is inside every enclosing box, and no test on the way down can fail.
+//! The time of a hit is rounded up: a box whose near time exceeds the best hit's time cannot hold a
+//! hit that is as early.
+
+mod bvh2;
+mod hit;
+mod quantized;
+mod search;
+mod slab;
+
+pub use hit::{Barycentric, Hit, Query, TraceError};
+pub use slab::Slabs;
+
+use crate::geom::Ray;
+use crate::mem::{Bus, Region};
+use crate::node::{NodeFormat, Tree};
+use crate::probe::Probe;
+
+/// A tree and the triangles that its leaves refer to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Scene {
+    /// The tree.
+    pub tree: Tree,
+    /// The region of 40-byte triangle records ([`crate::geom::Triangle`]).
+    pub triangles: Region,
+    /// How many triangles there are.
+    pub triangle_count: u32,
+}
+
+/// Traces one ray.
+///
+/// [`Query::Closest`] returns the hit with the lowest time, rounded up to a representable one; of
+/// several at that time, the one with the lowest primitive index. The answer does not depend on
+/// the tree. [`Query::Any`] returns the first hit that the search meets.
+///
+/// # Errors
+/// A bus error, or memory that does not hold a tree: see [`TraceError`]. The search visits every
+/// node and every leaf table entry at most once, whatever is in memory.
+#[inline]
+pub fn trace<B: Bus, P: Probe>(
+    bus: &mut B,
+    scene: &Scene,
+    ray: &Ray,
+    query: Query,
+    probe: &mut P,
+) -> Result<Option<Hit>, TraceError<B::Error>> {
+    match scene.tree.format {
+        NodeFormat::Bvh2 => search::search::<bvh2::Exact, B, P>(bus, scene, ray, query, probe),
+        NodeFormat::QuantizedRelative => {
+            search::search::<quantized::Relative, B, P>(bus, scene, ray, query, probe)
+        }
+        NodeFormat::QuantizedModulo => {
+            search::search::<quantized::Modulo, B, P>(bus, scene, ray, query, probe)
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! The search loop: ordered depth-first descent with a bounded stack.
+
+use heapless::Vec;
+
+use super::slab::Slabs;
+use super::{Hit, Query, Scene, TraceError};
+use crate::emit::MAX_DEPTH;
+use crate::error::RegionName;
+use crate::geom::{Intersection, PrimIndex, Ray, Triangle};
+use crate::mem::Bus;
+use crate::node::{Child, LeafEntry, NodeIndex, Subtree};
+use crate::num::Grid;
+use crate::probe::Probe;
+
+/// A node format as the search sees it.
+pub(super) trait Traversable {
+    /// What must be known of a node to test its children.
+    type Context: Copy;
+    /// A node's bytes.
+    type Bytes: AsMut<[u8]> + AsRef<[u8]>;
+    /// A buffer for a node.
+    const EMPTY: Self::Bytes;
+
+    /// The planes and the context of the root, or `None` if its box is off the grid.
+    fn root(ray: &Ray, root: &Subtree) -> Option<(Slabs, Self::Context)>;
+
+    /// Tests the ray against both children, within `t <= t_max`, or gives `None` if the node is
+    /// corrupt.
+    fn children(
+        ray: &Ray,
+        bytes: &Self::Bytes,
+        context: &Self::Context,
+        t_max: i64,
+    ) -> Option<[ChildTest<Self::Context>; 2]>;
+}
+
+/// The outcome of one box test.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ChildTest<C> {
+    pub child: Child,
+    /// When the ray enters the box, rounded down, in units of 2⁻⁶; `None` if it misses it.
+    pub entry: Option<i64>,
+    pub context: C,
+}
+
+/// A subtree that is still to be searched.
+#[derive(Clone, Copy, Debug)]
+struct Pending<C> {
+    child: Child,
+    entry: i64,
+    context: C,
+}
+
+/// The best hit so far.
+struct Best {
+    t_max: i64,
+    hit: Option<(PrimIndex, Intersection)>,
+}
+
+impl Best {
+    fn into_hit(self) -> Option<Hit> {
+        self.hit.map(|(primitive, at)| Hit::new(primitive, &at))
+    }
+}
+
+/// Finds the answer to `query`. See [`super::trace`] for the contract.
+///
+/// Of two children that are hit, the one that the ray enters first is searched first; the first
+/// child on a tie. Nodes and leaf entries are counted: a tree holds each once, so exceeding the
+/// count proves that memory is corrupt and bounds the work.
+pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
+    bus: &mut B,
+    scene: &Scene,
+    ray: &Ray,
+    query: Query,
+    probe: &mut P,
+) -> Result<Option<Hit>, TraceError<B::Error>> {
+    let tree = &scene.tree;
+    let Some(root) = tree.root else { return Ok(None) };
+    let mut best = Best { t_max: ray.t_max().to_bits(), hit: None };
+    let t_min = ray.t_min().to_bits();
+    if t_min >= best.t_max {
+        return Ok(None);
+    }
+    let root_corrupt = TraceError::CorruptNode { index: tree.node_count.saturating_sub(1) };
+    let (slabs, context) = F::root(ray, &root).ok_or(root_corrupt)?;
+    probe.box_test();
+    let Some(entry) = slabs.entry(ray, t_min, best.t_max) else { return Ok(None) };
+
+    let stride = tree.format.bytes();
+    let (mut nodes_left, mut entries_left) = (tree.node_count, tree.entry_count);
+    let mut stack = Vec::<Pending<F::Context>, MAX_DEPTH>::new();
+    let mut next = Some(Pending { child: root.child, entry, context });
+    let mut bytes = F::EMPTY;
+    while let Some(Pending { child, entry, context }) = next.take() {
+        if entry <= best.t_max {
+            match child {
+                Child::Leaf { first, count } => {
+                    let run = Run { first, count, left: &mut entries_left };
+                    let done = search_leaf(bus, scene, ray, query, run, &mut best, probe)?;
+                    if done {
+                        return Ok(best.into_hit());
+                    }
+                }
+                Child::Inner(NodeIndex(index)) => {
+                    let corrupt = TraceError::CorruptNode { index };
+                    if index >= tree.node_count || nodes_left == 0 {
+                        return Err(corrupt);
+                    }
+                    nodes_left -= 1;
+                    let outside = TraceError::OutOfRegion { region: region_name(stride) };
+                    let addr = tree.nodes.record(index, stride).ok_or(outside)?;
+                    bus.read(addr, bytes.as_mut())
+                        .map_err(|error| TraceError::Bus { addr, error })?;
+                    probe.node_fetch(addr, stride);
+                    probe.box_test();
+                    probe.box_test();
+                    let tests = F::children(ray, &bytes, &context, best.t_max);
+                    let [a, b] = tests.ok_or(corrupt)?;
+                    let pending = |test: ChildTest<F::Context>, entry| Pending {
+                        child: test.child,
+                        entry,
+                        context: test.context,
+                    };
+                    next = match (a.entry, b.entry) {
+                        (Some(enter_a), Some(enter_b)) => {
+                            let (a, b) = (pending(a, enter_a), pending(b, enter_b));
+                            let (near, far) = if enter_a <= enter_b { (a, b) } else { (b, a) };
+                            stack.push(far).map_err(|_| corrupt)?;
+                            probe.stack_push(stack.len());
+                            Some(near)
+                        }
+                        (Some(enter), None) => Some(pending(a, enter)),
+                        (None, Some(enter)) => Some(pending(b, enter)),
+                        (None, None) => None,
+                    };
+                }
+            }
+        }
+        if next.is_none() {
+            next = stack.pop();
+            if next.is_some() {
+                probe.stack_pop();
+            }
+        }
+    }
+    Ok(best.into_hit())
+}
+
+/// Which region holds nodes of this size.
+const fn region_name(stride: u32) -> RegionName {
+    if stride == 64 { RegionName::Nodes } else { RegionName::QuantizedNodes }
+}
+
+/// A leaf: a run of leaf table entries, and how many entries may still be visited.
+struct Run<'a> {
+    first: u32,
+    count: u32,
+    left: &'a mut u32,
+}
+
+/// Tests the triangles of a leaf; returns whether the query is answered.
+#[inline]
+fn search_leaf<B: Bus, P: Probe>(
+    bus: &mut B,
+    scene: &Scene,
+    ray: &Ray,
+    query: Query,
+    run: Run<'_>,
+    best: &mut Best,
+    probe: &mut P,
+) -> Result<bool, TraceError<B::Error>> {
+    let table = scene.tree.leaf_table;
+    let failed = |addr| move |error| TraceError::Bus { addr, error };
+    for i in 0..run.count {
+        let entry = run.first.saturating_add(i);
+        if entry >= scene.tree.entry_count || *run.left == 0 {
+            return Err(TraceError::CorruptLeaf { entry });
+        }
+        *run.left -= 1;
+        let outside = TraceError::OutOfRegion { region: RegionName::LeafTable };
+        let addr = table.record(entry, LeafEntry::BYTES as u32).ok_or(outside)?;
+        let mut bytes = [0; LeafEntry::BYTES];
+        bus.read(addr, &mut bytes).map_err(failed(addr))?;
+        let LeafEntry { primitive, last } = LeafEntry::from_bytes(bytes);
+
+        if primitive.0 >= scene.triangle_count {
+            return Err(TraceError::CorruptLeaf { entry });
+        }
+        let outside = TraceError::OutOfRegion { region: RegionName::Triangles };
+        let addr = scene.triangles.record(primitive.0, Triangle::BYTES as u32).ok_or(outside)?;
+        let mut bytes = [0; Triangle::BYTES];
+        bus.read(addr, &mut bytes).map_err(failed(addr))?;
+        let triangle = Triangle::from_bytes(&bytes);
+        if !triangle.vertices.iter().all(|&v| Grid::DEFAULT.contains(v)) {
+            return Err(TraceError::CorruptTriangle { primitive });
+        }
+        probe.triangle_test();
+        let t_max = crate::num::Time::from_bits(best.t_max);
+        if let Some(at) = triangle.intersect(ray, t_max) {
+            // Not later than the best so far; on a tie the lower index wins.
+            let t = at.t.to_bits();
+            let wins = best.hit.is_none_or(|(holder, _)| t < best.t_max || primitive < holder);
+            if wins {
+                *best = Best { t_max: t, hit: Some((primitive, at)) };
+            }
+            if query == Query::Any {
+                return Ok(true);
+            }
+        }
+        if last {
+            break;
+        }
+    }
+    Ok(false)
+}

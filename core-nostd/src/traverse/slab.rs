@@ -1,0 +1,114 @@
+//! The slab test in fixed point.
+
+use crate::geom::{Aabb, Ray};
+
+/// The distances of a ray's origin to the near and far planes of a box, per axis, in mantissa
+/// units ([`crate::num::PlaneOffset`]): near ones rounded down, far ones rounded up.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Slabs {
+    /// To the plane that the ray crosses first.
+    pub near: [i32; 3],
+    /// To the plane that the ray crosses last.
+    pub far: [i32; 3],
+}
+
+/// A time before every representable one.
+const BEFORE: i64 = i64::MIN;
+
+/// A time after every representable one.
+const AFTER: i64 = i64::MAX;
+
+impl Slabs {
+    /// The planes of `bounds`, whose corners are at most 2²³ grid units from the centre.
+    #[inline]
+    pub fn new(ray: &Ray, bounds: &Aabb) -> Self {
+        let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
+        let mut slabs = Self { near: [0; 3], far: [0; 3] };
+        for (i, axis) in ray.axes().iter().enumerate() {
+            let to = |plane: i32| (i64::from(plane) << 6) - i64::from(axis.origin);
+            let (near, far) = match axis.negative {
+                false => (to(min[i]), to(max[i])),
+                true => (-to(max[i]), -to(min[i])),
+            };
+            slabs.near[i] = axis.reciprocal.offset_down(near).to_bits();
+            slabs.far[i] = axis.reciprocal.offset_up(far).to_bits();
+        }
+        slabs
+    }
+
+    /// The time at which the ray enters the box, rounded down, if it passes through the box within
+    /// `t_min < t <= t_max`; both are in units of 2⁻⁶.
+    ///
+    /// On an axis that the ray does not move along, the origin must lie between the planes, which
+    /// is decided exactly.
+    #[inline]
+    pub fn entry(&self, ray: &Ray, t_min: i64, t_max: i64) -> Option<i64> {
+        let mut enter = BEFORE;
+        let mut leave = AFTER;
+        for (i, axis) in ray.axes().iter().enumerate() {
+            let (near, far) = (i64::from(self.near[i]), i64::from(self.far[i]));
+            let (near, far) = if axis.zero {
+                (if near <= 0 { BEFORE } else { AFTER }, if far >= 0 { AFTER } else { BEFORE })
+            } else {
+                let shift = axis.reciprocal.shift();
+                (near << shift, far << shift)
+            };
+            enter = enter.max(near);
+            leave = leave.min(far);
+        }
+        (enter <= leave && leave > t_min && enter <= t_max).then_some(enter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::{SubGrid, Time};
+    use glam::IVec3;
+
+    fn ray(origin: [f32; 3], direction: [i32; 3]) -> Ray {
+        let o = origin.map(SubGrid::from_num);
+        Ray::new(o, IVec3::from(direction), Time::ZERO, Ray::TIME_LIMIT).unwrap()
+    }
+
+    fn hits(ray: &Ray, bounds: &Aabb) -> bool {
+        Slabs::new(ray, bounds).entry(ray, 0, ray.t_max().to_bits()).is_some()
+    }
+
+    #[test]
+    fn an_axis_parallel_ray_in_a_face_plane_hits_and_one_beside_it_misses() {
+        let bounds = Aabb::new(IVec3::new(0, 0, 0), IVec3::new(10, 10, 10));
+        for z in [-5.0, 15.0f32] {
+            let d = if z < 0.0 { 1 << 30 } else { -(1 << 30) };
+            for (x, y, inside) in [
+                (0.0, 5.0, true),
+                (10.0, 10.0, true),
+                (10.015625, 5.0, false),
+                (5.0, -0.015625, false),
+            ] {
+                assert_eq!(hits(&ray([x, y, z], [0, 0, d]), &bounds), inside, "{x} {y} {z}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_box_behind_the_origin_is_missed_and_one_around_it_is_hit() {
+        let bounds = Aabb::new(IVec3::splat(-4), IVec3::splat(4));
+        let d = [1 << 30, 3, -7];
+        assert!(hits(&ray([0.0, 0.0, 0.0], d), &bounds));
+        assert!(hits(&ray([-9.0, 0.0, 0.0], d), &bounds));
+        assert!(!hits(&ray([9.0, 0.0, 0.0], d), &bounds));
+    }
+
+    #[test]
+    fn the_interval_cuts_boxes_off() {
+        let bounds = Aabb::new(IVec3::new(10, -1, -1), IVec3::new(12, 1, 1));
+        let r = ray([0.0, 0.0, 0.0], [1 << 30, 0, 0]);
+        let slabs = Slabs::new(&r, &bounds);
+        let time = |t: i32| i64::from(t) << 6;
+        assert!(slabs.entry(&r, 0, time(9)).is_none());
+        assert!(slabs.entry(&r, 0, time(10)).is_some());
+        assert!(slabs.entry(&r, time(11), time(99)).is_some());
+        assert!(slabs.entry(&r, time(13), time(99)).is_none());
+    }
+}
