@@ -1,0 +1,134 @@
+//! Where a scene's name is looked for.
+//!
+//! In order: the path itself, `scenes/` (in the working folder, else the one of the source tree that
+//! this program was built from), then each folder of `$XYLEM_SCENES` (separated as in `$PATH`); in
+//! each, the name as it is, then with `.obj`, then with `.obj.gz`.
+
+use std::path::{Path, PathBuf};
+
+use super::error::SceneError;
+
+/// The folders that scenes are looked for in.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Library {
+    /// The folders, in order of preference; the empty path stands for "as given".
+    pub folders: Vec<PathBuf>,
+}
+
+impl Library {
+    /// The folders of the module's description.
+    pub fn new() -> Self {
+        let mut folders = vec![PathBuf::new(), scenes_folder()];
+        if let Some(list) = std::env::var_os("XYLEM_SCENES") {
+            folders.extend(std::env::split_paths(&list).filter(|p| !p.as_os_str().is_empty()));
+        }
+        Self { folders }
+    }
+
+    /// The file that `name` stands for.
+    ///
+    /// # Errors
+    /// [`SceneError::NotFound`] with the files tried and names like it.
+    pub fn find(&self, name: &str) -> Result<PathBuf, SceneError> {
+        let candidates = self.candidates(name);
+        if let Some(found) = candidates.iter().find(|path| path.is_file()) {
+            return Ok(found.clone());
+        }
+        Err(SceneError::NotFound {
+            name: name.to_owned(),
+            looked: candidates,
+            near: near_names(name, &self.names()),
+        })
+    }
+
+    /// Every file that `name` may stand for, in order.
+    pub fn candidates(&self, name: &str) -> Vec<PathBuf> {
+        let mut candidates = Vec::new();
+        for folder in &self.folders {
+            for suffix in ["", ".obj", ".obj.gz"] {
+                // Joining an absolute path gives that path whatever the folder: name it once.
+                let path = folder.join(format!("{name}{suffix}"));
+                if !candidates.contains(&path) {
+                    candidates.push(path);
+                }
+            }
+        }
+        candidates
+    }
+
+    /// The names of the scenes in the folders (without the working folder), sorted.
+    pub fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = self
+            .folders
+            .iter()
+            .filter(|folder| !folder.as_os_str().is_empty())
+            .flat_map(|folder| names_below(folder, folder, 2))
+            .collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+}
+
+impl Default for Library {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The project's `scenes/`: in the working folder if there is one, else in the source tree.
+pub fn scenes_folder() -> PathBuf {
+    let here = PathBuf::from("scenes");
+    let built = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes"));
+    if !here.is_dir() && built.is_dir() { built.to_owned() } else { here }
+}
+
+/// OBJ files below `folder` by their path from `root`, without suffix.
+fn names_below(root: &Path, folder: &Path, depth: usize) -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let mut names = Vec::new();
+    for path in entries.flatten().map(|entry| entry.path()) {
+        if path.is_dir() && depth > 1 {
+            names.extend(names_below(root, &path, depth - 1));
+        }
+        let Some(name) = path.strip_prefix(root).ok().and_then(|p| p.to_str()) else { continue };
+        let stem = name.strip_suffix(".gz").unwrap_or(name).strip_suffix(".obj");
+        names.extend(stem.map(str::to_owned));
+    }
+    names
+}
+
+/// The names most like `name`, at most three, best first.
+fn near_names(name: &str, names: &[String]) -> Vec<String> {
+    let wanted = name.rsplit('/').next().unwrap_or(name).to_lowercase();
+    let wanted = wanted.strip_suffix(".gz").unwrap_or(&wanted);
+    let wanted = wanted.strip_suffix(".obj").unwrap_or(wanted);
+    let mut scored: Vec<(usize, &String)> = names
+        .iter()
+        .filter_map(|candidate| {
+            let plain = candidate.rsplit('/').next().unwrap_or(candidate).to_lowercase();
+            let distance = edit_distance(wanted, &plain);
+            let close = distance <= wanted.len().div_ceil(3).min(3);
+            let part = wanted.len() >= 3 && plain.contains(wanted);
+            (close || part).then_some((distance, candidate))
+        })
+        .collect();
+    scored.sort();
+    scored.into_iter().take(3).map(|(_, candidate)| candidate.clone()).collect()
+}
+
+/// Levenshtein's distance: insertions, deletions and replacements between two words.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &to) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(from != to);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
