@@ -47,17 +47,23 @@ pub const INT_STATUS: Reg<IntStatus> = Reg::new(0x050);
 /// `int_enable`: Which events raise the interrupt line. The line is active high and stays so until every enabled event is cleared.
 pub const INT_ENABLE: Reg<IntEnable> = Reg::new(0x054);
 
-/// `job.primitives`: Length of the input of a build.
+/// `job.primitives`: Length of the input of a build; in a trace the number of triangles.
 pub const JOB_PRIMITIVES: Reg<JobPrimitives> = Reg::new(0x080);
 
 /// `job.rays`: Length of the input of a trace.
 pub const JOB_RAYS: Reg<JobRays> = Reg::new(0x084);
 
+/// `job.nodes`: Nodes of the tree to compress or trace. A node index from here on is a `corrupt_node` error.
+pub const JOB_NODES: Reg<JobNodes> = Reg::new(0x088);
+
+/// `job.entries`: Leaf table entries of the tree to trace. A leaf that extends further is a `corrupt_node` error.
+pub const JOB_ENTRIES: Reg<JobEntries> = Reg::new(0x08c);
+
 /// `job.format`: Byte formats that the job reads and writes.
-pub const JOB_FORMAT: Reg<JobFormat> = Reg::new(0x088);
+pub const JOB_FORMAT: Reg<JobFormat> = Reg::new(0x090);
 
 /// `job.limits`: Sizes that shape the tree.
-pub const JOB_LIMITS: Reg<JobLimits> = Reg::new(0x08c);
+pub const JOB_LIMITS: Reg<JobLimits> = Reg::new(0x094);
 
 /// `root.lo_x`: Lower corner of the root's box, x.
 pub const ROOT_LO_X: Reg<Coordinate> = Reg::new(0x0c0);
@@ -77,11 +83,11 @@ pub const ROOT_HI_Y: Reg<Coordinate> = Reg::new(0x0d0);
 /// `root.hi_z`: Upper corner of the root's box, z.
 pub const ROOT_HI_Z: Reg<Coordinate> = Reg::new(0x0d4);
 
-/// `root.child`: The root as a child reference of two-box nodes.
-pub const ROOT_CHILD: Reg<ChildRef> = Reg::new(0x0d8);
+/// `root.pointer`: Where the root is. Quantized nodes have the index of the two-box node that they came from.
+pub const ROOT_POINTER: Reg<RootPointer> = Reg::new(0x0d8);
 
-/// `root.quantized`: The root as a child reference of quantized nodes.
-pub const ROOT_QUANTIZED: Reg<ChildRef> = Reg::new(0x0dc);
+/// `root.leaf_size`: Tells a tree that is a single leaf from one with nodes.
+pub const ROOT_LEAF_SIZE: Reg<RootLeafSize> = Reg::new(0x0dc);
 
 /// `result.nodes`: Two-box nodes that the last build wrote.
 pub const RESULT_NODES: Reg<ResultCount> = Reg::new(0x0e0);
@@ -416,7 +422,7 @@ impl core::fmt::Display for ErrorCode {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum RegionId {
-    /// Input primitives, in the format of `job.format.input`.
+    /// Input of a build, in the format of `job.format.input`; in a trace the 40-byte triangles that leaves refer to.
     Primitives = 0,
     /// Sorted runs, written by the partial sorts and every second merge pass.
     RunsA = 1,
@@ -491,9 +497,9 @@ impl core::fmt::Display for RegionId {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum InputFormat {
-    /// 32-byte records: a box and a primitive reference.
+    /// 32-byte records: a box and the primitive's reference.
     Aabb = 0,
-    /// 40-byte records: three vertices and an id.
+    /// 40-byte records: three vertices; the reference is the position.
     Triangle = 1,
 }
 
@@ -533,17 +539,17 @@ impl core::fmt::Display for InputFormat {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum RecordFormat {
-    /// 32 bytes: box and reference; the Morton code is recomputed on reading.
+    /// 32 bytes: box and reference; the Morton code is computed anew on reading.
     Box32 = 0,
-    /// 8 bytes: Morton code and reference.
+    /// 8 bytes: 30-bit Morton code and position in the input.
     Pair8 = 1,
-    /// `cap.merge.packed_bytes` bytes: box and reference with no bit unused.
-    Packed = 2,
+    /// 22 bytes: box in 24-bit coordinates, and reference.
+    Packed22 = 2,
 }
 
 impl RecordFormat {
     /// Every value, in ascending order.
-    pub const ALL: [Self; 3] = [Self::Box32, Self::Pair8, Self::Packed];
+    pub const ALL: [Self; 3] = [Self::Box32, Self::Pair8, Self::Packed22];
 
     /// The value that `bits` encode.
     ///
@@ -553,7 +559,7 @@ impl RecordFormat {
         match bits {
             0 => Ok(Self::Box32),
             1 => Ok(Self::Pair8),
-            2 => Ok(Self::Packed),
+            2 => Ok(Self::Packed22),
             _ => Err(UnknownValue(bits)),
         }
     }
@@ -563,7 +569,7 @@ impl RecordFormat {
         match self {
             Self::Box32 => "box32",
             Self::Pair8 => "pair8",
-            Self::Packed => "packed",
+            Self::Packed22 => "packed22",
         }
     }
 }
@@ -817,7 +823,6 @@ impl Register for CapMerge {
     const FIELDS: &'static [FieldInfo] = &[
         FieldInfo::new("width", 0, 16, Access::ReadOnly, false),
         FieldInfo::new("leaf_size", 16, 8, Access::ReadOnly, false),
-        FieldInfo::new("packed_bytes", 24, 8, Access::ReadOnly, false),
     ];
 
     fn from_bits(bits: u32) -> Self {
@@ -840,11 +845,6 @@ impl CapMerge {
     /// Most primitives in one leaf. (Bits 23:16, read-only.)
     pub const fn leaf_size(self) -> u8 {
         get(self.0, 16, 8) as u8
-    }
-
-    /// Size of a `packed` sort record, in bytes; 0 if that format is absent. (Bits 31:24, read-only.)
-    pub const fn packed_bytes(self) -> u8 {
-        get(self.0, 24, 8) as u8
     }
 }
 
@@ -912,7 +912,7 @@ impl Register for CapFeatures {
         FieldInfo::new("input_triangle", 5, 1, Access::ReadOnly, false),
         FieldInfo::new("record_box32", 8, 1, Access::ReadOnly, false),
         FieldInfo::new("record_pair8", 9, 1, Access::ReadOnly, false),
-        FieldInfo::new("record_packed", 10, 1, Access::ReadOnly, false),
+        FieldInfo::new("record_packed22", 10, 1, Access::ReadOnly, false),
         FieldInfo::new("node_bvh2", 12, 1, Access::ReadOnly, false),
         FieldInfo::new("node_cbvh", 13, 1, Access::ReadOnly, false),
         FieldInfo::new("coords_relative", 16, 1, Access::ReadOnly, false),
@@ -967,8 +967,8 @@ impl CapFeatures {
         get(self.0, 9, 1) != 0
     }
 
-    /// Record format `packed`. (Bit 10, read-only.)
-    pub const fn record_packed(self) -> bool {
+    /// Record format `packed22`. (Bit 10, read-only.)
+    pub const fn record_packed22(self) -> bool {
         get(self.0, 10, 1) != 0
     }
 
@@ -1338,7 +1338,7 @@ impl IntEnable {
     }
 }
 
-/// Primitive count. Length of the input of a build.
+/// Primitive count. Length of the input of a build; in a trace the number of triangles.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct JobPrimitives(u32);
@@ -1410,6 +1410,78 @@ impl JobRays {
     }
 }
 
+/// Node count. Nodes of the tree to compress or trace. A node index from here on is a `corrupt_node` error.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct JobNodes(u32);
+
+impl Register for JobNodes {
+    const RESET: Self = Self(Self::RESET_BITS);
+    const RESET_BITS: u32 = 0x0;
+    const FIELDS: &'static [FieldInfo] = &[FieldInfo::new("value", 0, 32, Access::ReadWrite, true)];
+
+    fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    fn bits(self) -> u32 {
+        self.0
+    }
+}
+
+impl Readable for JobNodes {}
+
+impl Writable for JobNodes {}
+
+impl JobNodes {
+    /// Number of nodes. (Bits 31:0, read-write, locked while busy.)
+    pub const fn value(self) -> u32 {
+        get(self.0, 0, 32)
+    }
+
+    /// Sets `value`. Number of nodes. (Bits 31:0, read-write, locked while busy.)
+    #[must_use]
+    pub const fn with_value(self, value: u32) -> Self {
+        Self(set(self.0, 0, 32, value))
+    }
+}
+
+/// Leaf table length. Leaf table entries of the tree to trace. A leaf that extends further is a `corrupt_node` error.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct JobEntries(u32);
+
+impl Register for JobEntries {
+    const RESET: Self = Self(Self::RESET_BITS);
+    const RESET_BITS: u32 = 0x0;
+    const FIELDS: &'static [FieldInfo] = &[FieldInfo::new("value", 0, 32, Access::ReadWrite, true)];
+
+    fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    fn bits(self) -> u32 {
+        self.0
+    }
+}
+
+impl Readable for JobEntries {}
+
+impl Writable for JobEntries {}
+
+impl JobEntries {
+    /// Number of entries. (Bits 31:0, read-write, locked while busy.)
+    pub const fn value(self) -> u32 {
+        get(self.0, 0, 32)
+    }
+
+    /// Sets `value`. Number of entries. (Bits 31:0, read-write, locked while busy.)
+    #[must_use]
+    pub const fn with_value(self, value: u32) -> Self {
+        Self(set(self.0, 0, 32, value))
+    }
+}
+
 /// Job formats. Byte formats that the job reads and writes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -1440,7 +1512,7 @@ impl Readable for JobFormat {}
 impl Writable for JobFormat {}
 
 impl JobFormat {
-    /// Primitives (build; trace, to fetch triangles). (Bits 1:0, read-write, locked while busy.)
+    /// Primitives (build). (Bits 1:0, read-write, locked while busy.)
     ///
     /// # Errors
     /// [`UnknownValue`] if the map gives the bits no meaning.
@@ -1448,7 +1520,7 @@ impl JobFormat {
         InputFormat::from_bits(get(self.0, 0, 2))
     }
 
-    /// Sets `input`. Primitives (build; trace, to fetch triangles). (Bits 1:0, read-write, locked while busy.)
+    /// Sets `input`. Primitives (build). (Bits 1:0, read-write, locked while busy.)
     #[must_use]
     pub const fn with_input(self, value: InputFormat) -> Self {
         Self(set(self.0, 0, 2, value as u32))
@@ -1539,12 +1611,12 @@ impl Readable for JobLimits {}
 impl Writable for JobLimits {}
 
 impl JobLimits {
-    /// Bits of the Morton code; a multiple of 3, at most `cap.geometry.morton_bits`. (Bits 6:0, read-write, locked while busy.)
+    /// Bits of the Morton code, 30 or 63; at most `cap.geometry.morton_bits`. (Bits 6:0, read-write, locked while busy.)
     pub const fn morton_bits(self) -> u8 {
         get(self.0, 0, 7) as u8
     }
 
-    /// Sets `morton_bits`. Bits of the Morton code; a multiple of 3, at most `cap.geometry.morton_bits`. (Bits 6:0, read-write, locked while busy.)
+    /// Sets `morton_bits`. Bits of the Morton code, 30 or 63; at most `cap.geometry.morton_bits`. (Bits 6:0, read-write, locked while busy.)
     #[must_use]
     pub const fn with_morton_bits(self, value: u8) -> Self {
         Self(set(self.0, 0, 7, value as u32))
@@ -1609,15 +1681,15 @@ impl Coordinate {
     }
 }
 
-/// Child reference. What a node holds to name a child, in the encoding of its format.
+/// Root pointer. Where the root is. Quantized nodes have the index of the two-box node that they came from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ChildRef(u32);
+pub struct RootPointer(u32);
 
-impl Register for ChildRef {
+impl Register for RootPointer {
     const RESET: Self = Self(Self::RESET_BITS);
     const RESET_BITS: u32 = 0x0;
-    const FIELDS: &'static [FieldInfo] = &[FieldInfo::new("value", 0, 32, Access::ReadWrite, true)];
+    const FIELDS: &'static [FieldInfo] = &[FieldInfo::new("index", 0, 32, Access::ReadWrite, true)];
 
     fn from_bits(bits: u32) -> Self {
         Self(bits)
@@ -1628,20 +1700,56 @@ impl Register for ChildRef {
     }
 }
 
-impl Readable for ChildRef {}
+impl Readable for RootPointer {}
 
-impl Writable for ChildRef {}
+impl Writable for RootPointer {}
 
-impl ChildRef {
-    /// Encoded child reference. (Bits 31:0, read-write, locked while busy.)
-    pub const fn value(self) -> u32 {
+impl RootPointer {
+    /// Node index, or first leaf table entry if the root is a leaf. (Bits 31:0, read-write, locked while busy.)
+    pub const fn index(self) -> u32 {
         get(self.0, 0, 32)
     }
 
-    /// Sets `value`. Encoded child reference. (Bits 31:0, read-write, locked while busy.)
+    /// Sets `index`. Node index, or first leaf table entry if the root is a leaf. (Bits 31:0, read-write, locked while busy.)
     #[must_use]
-    pub const fn with_value(self, value: u32) -> Self {
+    pub const fn with_index(self, value: u32) -> Self {
         Self(set(self.0, 0, 32, value))
+    }
+}
+
+/// Root leaf size. Tells a tree that is a single leaf from one with nodes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct RootLeafSize(u32);
+
+impl Register for RootLeafSize {
+    const RESET: Self = Self(Self::RESET_BITS);
+    const RESET_BITS: u32 = 0x0;
+    const FIELDS: &'static [FieldInfo] = &[FieldInfo::new("count", 0, 8, Access::ReadWrite, true)];
+
+    fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    fn bits(self) -> u32 {
+        self.0
+    }
+}
+
+impl Readable for RootLeafSize {}
+
+impl Writable for RootLeafSize {}
+
+impl RootLeafSize {
+    /// Primitives of the root if it is a leaf, 0 if it is a node. (Bits 7:0, read-write, locked while busy.)
+    pub const fn count(self) -> u8 {
+        get(self.0, 0, 8) as u8
+    }
+
+    /// Sets `count`. Primitives of the root if it is a leaf, 0 if it is a node. (Bits 7:0, read-write, locked while busy.)
+    #[must_use]
+    pub const fn with_count(self, value: u8) -> Self {
+        Self(set(self.0, 0, 8, value as u32))
     }
 }
 
@@ -1802,7 +1910,7 @@ impl CounterHi {
 }
 
 /// Every register of the map, by ascending offset.
-pub const REGISTERS: [RegisterInfo; 65] = [
+pub const REGISTERS: [RegisterInfo; 67] = [
     RegisterInfo::new("magic", MAGIC),
     RegisterInfo::new("version", VERSION),
     RegisterInfo::new("cap.sort", CAP_SORT),
@@ -1818,6 +1926,8 @@ pub const REGISTERS: [RegisterInfo; 65] = [
     RegisterInfo::new("int_enable", INT_ENABLE),
     RegisterInfo::new("job.primitives", JOB_PRIMITIVES),
     RegisterInfo::new("job.rays", JOB_RAYS),
+    RegisterInfo::new("job.nodes", JOB_NODES),
+    RegisterInfo::new("job.entries", JOB_ENTRIES),
     RegisterInfo::new("job.format", JOB_FORMAT),
     RegisterInfo::new("job.limits", JOB_LIMITS),
     RegisterInfo::new("root.lo_x", ROOT_LO_X),
@@ -1826,8 +1936,8 @@ pub const REGISTERS: [RegisterInfo; 65] = [
     RegisterInfo::new("root.hi_x", ROOT_HI_X),
     RegisterInfo::new("root.hi_y", ROOT_HI_Y),
     RegisterInfo::new("root.hi_z", ROOT_HI_Z),
-    RegisterInfo::new("root.child", ROOT_CHILD),
-    RegisterInfo::new("root.quantized", ROOT_QUANTIZED),
+    RegisterInfo::new("root.pointer", ROOT_POINTER),
+    RegisterInfo::new("root.leaf_size", ROOT_LEAF_SIZE),
     RegisterInfo::new("result.nodes", RESULT_NODES),
     RegisterInfo::new("result.leaves", RESULT_LEAVES),
     RegisterInfo::new("result.quantized", RESULT_QUANTIZED),

@@ -243,6 +243,8 @@ module xy_regs (
         struct packed {
             logic primitives;
             logic rays;
+            logic nodes;
+            logic entries;
             logic format;
             logic limits;
         } job;
@@ -253,8 +255,8 @@ module xy_regs (
             logic hi_x;
             logic hi_y;
             logic hi_z;
-            logic child;
-            logic quantized;
+            logic pointer;
+            logic leaf_size;
         } root;
         struct packed {
             logic nodes;
@@ -397,12 +399,18 @@ module xy_regs (
         decoded_reg_strb.job.rays = cpuif_req_masked & (cpuif_addr == 9'h84);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 9'h84);
         is_valid_rw |= cpuif_req_masked & (cpuif_addr == 9'h84);
-        decoded_reg_strb.job.format = cpuif_req_masked & (cpuif_addr == 9'h88);
+        decoded_reg_strb.job.nodes = cpuif_req_masked & (cpuif_addr == 9'h88);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 9'h88);
         is_valid_rw |= cpuif_req_masked & (cpuif_addr == 9'h88);
-        decoded_reg_strb.job.limits = cpuif_req_masked & (cpuif_addr == 9'h8c);
+        decoded_reg_strb.job.entries = cpuif_req_masked & (cpuif_addr == 9'h8c);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 9'h8c);
         is_valid_rw |= cpuif_req_masked & (cpuif_addr == 9'h8c);
+        decoded_reg_strb.job.format = cpuif_req_masked & (cpuif_addr == 9'h90);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 9'h90);
+        is_valid_rw |= cpuif_req_masked & (cpuif_addr == 9'h90);
+        decoded_reg_strb.job.limits = cpuif_req_masked & (cpuif_addr == 9'h94);
+        is_valid_addr |= cpuif_req_masked & (cpuif_addr == 9'h94);
+        is_valid_rw |= cpuif_req_masked & (cpuif_addr == 9'h94);
         decoded_reg_strb.root.lo_x = cpuif_req_masked & (cpuif_addr == 9'hc0);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 9'hc0);
         is_valid_rw |= cpuif_req_masked & (cpuif_addr == 9'hc0);
@@ -421,10 +429,10 @@ module xy_regs (
         decoded_reg_strb.root.hi_z = cpuif_req_masked & (cpuif_addr == 9'hd4);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 9'hd4);
         is_valid_rw |= cpuif_req_masked & (cpuif_addr == 9'hd4);
-        decoded_reg_strb.root.child = cpuif_req_masked & (cpuif_addr == 9'hd8);
+        decoded_reg_strb.root.pointer = cpuif_req_masked & (cpuif_addr == 9'hd8);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 9'hd8);
         is_valid_rw |= cpuif_req_masked & (cpuif_addr == 9'hd8);
-        decoded_reg_strb.root.quantized = cpuif_req_masked & (cpuif_addr == 9'hdc);
+        decoded_reg_strb.root.leaf_size = cpuif_req_masked & (cpuif_addr == 9'hdc);
         is_valid_addr |= cpuif_req_masked & (cpuif_addr == 9'hdc);
         is_valid_rw |= cpuif_req_masked & (cpuif_addr == 9'hdc);
         decoded_reg_strb.result.nodes = cpuif_req_masked & (cpuif_addr == 9'he0) & !cpuif_req_is_wr;
@@ -614,6 +622,18 @@ module xy_regs (
             } rays;
             struct packed {
                 struct packed {
+                    logic [31:0] next;
+                    logic load_next;
+                } value;
+            } nodes;
+            struct packed {
+                struct packed {
+                    logic [31:0] next;
+                    logic load_next;
+                } value;
+            } entries;
+            struct packed {
+                struct packed {
                     logic [1:0] next;
                     logic load_next;
                 } input_;
@@ -690,14 +710,14 @@ module xy_regs (
                 struct packed {
                     logic [31:0] next;
                     logic load_next;
-                } value;
-            } child;
+                } index;
+            } pointer;
             struct packed {
                 struct packed {
-                    logic [31:0] next;
+                    logic [7:0] next;
                     logic load_next;
-                } value;
-            } quantized;
+                } count;
+            } leaf_size;
         } root;
         struct packed {
             struct packed {
@@ -860,6 +880,16 @@ module xy_regs (
             } rays;
             struct packed {
                 struct packed {
+                    logic [31:0] value;
+                } value;
+            } nodes;
+            struct packed {
+                struct packed {
+                    logic [31:0] value;
+                } value;
+            } entries;
+            struct packed {
+                struct packed {
                     logic [1:0] value;
                 } input_;
                 struct packed {
@@ -921,13 +951,13 @@ module xy_regs (
             struct packed {
                 struct packed {
                     logic [31:0] value;
-                } value;
-            } child;
+                } index;
+            } pointer;
             struct packed {
                 struct packed {
-                    logic [31:0] value;
-                } value;
-            } quantized;
+                    logic [7:0] value;
+                } count;
+            } leaf_size;
         } root;
         struct packed {
             struct packed {
@@ -1274,6 +1304,52 @@ module xy_regs (
         end
     end
     assign hwif_out.job.rays.value.value = field_storage.job.rays.value.value;
+    // Field: xylem.job.nodes.value
+    always_comb begin
+        automatic logic [31:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.job.nodes.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.job.nodes && decoded_req_is_wr && !(hwif_in.status.busy.next)) begin // SW write
+            next_c = (field_storage.job.nodes.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
+            load_next_c = '1;
+        end
+        field_combo.job.nodes.value.next = next_c;
+        field_combo.job.nodes.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk or negedge arst_n) begin
+        if(~arst_n) begin
+            field_storage.job.nodes.value.value <= 32'h0;
+        end else begin
+            if(field_combo.job.nodes.value.load_next) begin
+                field_storage.job.nodes.value.value <= field_combo.job.nodes.value.next;
+            end
+        end
+    end
+    assign hwif_out.job.nodes.value.value = field_storage.job.nodes.value.value;
+    // Field: xylem.job.entries.value
+    always_comb begin
+        automatic logic [31:0] next_c;
+        automatic logic load_next_c;
+        next_c = field_storage.job.entries.value.value;
+        load_next_c = '0;
+        if(decoded_reg_strb.job.entries && decoded_req_is_wr && !(hwif_in.status.busy.next)) begin // SW write
+            next_c = (field_storage.job.entries.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
+            load_next_c = '1;
+        end
+        field_combo.job.entries.value.next = next_c;
+        field_combo.job.entries.value.load_next = load_next_c;
+    end
+    always_ff @(posedge clk or negedge arst_n) begin
+        if(~arst_n) begin
+            field_storage.job.entries.value.value <= 32'h0;
+        end else begin
+            if(field_combo.job.entries.value.load_next) begin
+                field_storage.job.entries.value.value <= field_combo.job.entries.value.next;
+            end
+        end
+    end
+    assign hwif_out.job.entries.value.value = field_storage.job.entries.value.value;
     // Field: xylem.job.format.input
     always_comb begin
         automatic logic [1:0] next_c;
@@ -1614,58 +1690,58 @@ module xy_regs (
         end
     end
     assign hwif_out.root.hi_z.value.value = field_storage.root.hi_z.value.value;
-    // Field: xylem.root.child.value
+    // Field: xylem.root.pointer.index
     always_comb begin
         automatic logic [31:0] next_c;
         automatic logic load_next_c;
-        next_c = field_storage.root.child.value.value;
+        next_c = field_storage.root.pointer.index.value;
         load_next_c = '0;
-        if(decoded_reg_strb.root.child && decoded_req_is_wr && !(hwif_in.status.busy.next)) begin // SW write
-            next_c = (field_storage.root.child.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
+        if(decoded_reg_strb.root.pointer && decoded_req_is_wr && !(hwif_in.status.busy.next)) begin // SW write
+            next_c = (field_storage.root.pointer.index.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
             load_next_c = '1;
-        end else if(hwif_in.root.child.value.we) begin // HW Write - we
-            next_c = hwif_in.root.child.value.next;
+        end else if(hwif_in.root.pointer.index.we) begin // HW Write - we
+            next_c = hwif_in.root.pointer.index.next;
             load_next_c = '1;
         end
-        field_combo.root.child.value.next = next_c;
-        field_combo.root.child.value.load_next = load_next_c;
+        field_combo.root.pointer.index.next = next_c;
+        field_combo.root.pointer.index.load_next = load_next_c;
     end
     always_ff @(posedge clk or negedge arst_n) begin
         if(~arst_n) begin
-            field_storage.root.child.value.value <= 32'h0;
+            field_storage.root.pointer.index.value <= 32'h0;
         end else begin
-            if(field_combo.root.child.value.load_next) begin
-                field_storage.root.child.value.value <= field_combo.root.child.value.next;
+            if(field_combo.root.pointer.index.load_next) begin
+                field_storage.root.pointer.index.value <= field_combo.root.pointer.index.next;
             end
         end
     end
-    assign hwif_out.root.child.value.value = field_storage.root.child.value.value;
-    // Field: xylem.root.quantized.value
+    assign hwif_out.root.pointer.index.value = field_storage.root.pointer.index.value;
+    // Field: xylem.root.leaf_size.count
     always_comb begin
-        automatic logic [31:0] next_c;
+        automatic logic [7:0] next_c;
         automatic logic load_next_c;
-        next_c = field_storage.root.quantized.value.value;
+        next_c = field_storage.root.leaf_size.count.value;
         load_next_c = '0;
-        if(decoded_reg_strb.root.quantized && decoded_req_is_wr && !(hwif_in.status.busy.next)) begin // SW write
-            next_c = (field_storage.root.quantized.value.value & ~decoded_wr_biten[31:0]) | (decoded_wr_data[31:0] & decoded_wr_biten[31:0]);
+        if(decoded_reg_strb.root.leaf_size && decoded_req_is_wr && !(hwif_in.status.busy.next)) begin // SW write
+            next_c = (field_storage.root.leaf_size.count.value & ~decoded_wr_biten[7:0]) | (decoded_wr_data[7:0] & decoded_wr_biten[7:0]);
             load_next_c = '1;
-        end else if(hwif_in.root.quantized.value.we) begin // HW Write - we
-            next_c = hwif_in.root.quantized.value.next;
+        end else if(hwif_in.root.leaf_size.count.we) begin // HW Write - we
+            next_c = hwif_in.root.leaf_size.count.next;
             load_next_c = '1;
         end
-        field_combo.root.quantized.value.next = next_c;
-        field_combo.root.quantized.value.load_next = load_next_c;
+        field_combo.root.leaf_size.count.next = next_c;
+        field_combo.root.leaf_size.count.load_next = load_next_c;
     end
     always_ff @(posedge clk or negedge arst_n) begin
         if(~arst_n) begin
-            field_storage.root.quantized.value.value <= 32'h0;
+            field_storage.root.leaf_size.count.value <= 8'h0;
         end else begin
-            if(field_combo.root.quantized.value.load_next) begin
-                field_storage.root.quantized.value.value <= field_combo.root.quantized.value.next;
+            if(field_combo.root.leaf_size.count.load_next) begin
+                field_storage.root.leaf_size.count.value <= field_combo.root.leaf_size.count.next;
             end
         end
     end
-    assign hwif_out.root.quantized.value.value = field_storage.root.quantized.value.value;
+    assign hwif_out.root.leaf_size.count.value = field_storage.root.leaf_size.count.value;
     // Field: xylem.region.primitives.base.line
     always_comb begin
         automatic logic [25:0] next_c;
@@ -2070,7 +2146,6 @@ module xy_regs (
         if(rd_mux_addr == 9'h14) begin
             readback_data_var[15:0] = hwif_in.cap.merge.width.next;
             readback_data_var[23:16] = hwif_in.cap.merge.leaf_size.next;
-            readback_data_var[31:24] = hwif_in.cap.merge.packed_bytes.next;
         end
         if(rd_mux_addr == 9'h18) begin
             readback_data_var[5:0] = hwif_in.cap.geometry.grid_bits.next;
@@ -2086,7 +2161,7 @@ module xy_regs (
             readback_data_var[5] = hwif_in.cap.features.input_triangle.next;
             readback_data_var[8] = hwif_in.cap.features.record_box32.next;
             readback_data_var[9] = hwif_in.cap.features.record_pair8.next;
-            readback_data_var[10] = hwif_in.cap.features.record_packed.next;
+            readback_data_var[10] = hwif_in.cap.features.record_packed22.next;
             readback_data_var[12] = hwif_in.cap.features.node_bvh2.next;
             readback_data_var[13] = hwif_in.cap.features.node_cbvh.next;
             readback_data_var[16] = hwif_in.cap.features.coords_relative.next;
@@ -2131,13 +2206,19 @@ module xy_regs (
             readback_data_var[31:0] = field_storage.job.rays.value.value;
         end
         if(rd_mux_addr == 9'h88) begin
+            readback_data_var[31:0] = field_storage.job.nodes.value.value;
+        end
+        if(rd_mux_addr == 9'h8c) begin
+            readback_data_var[31:0] = field_storage.job.entries.value.value;
+        end
+        if(rd_mux_addr == 9'h90) begin
             readback_data_var[1:0] = field_storage.job.format.input_.value;
             readback_data_var[5:4] = field_storage.job.format.record.value;
             readback_data_var[8] = field_storage.job.format.node.value;
             readback_data_var[12] = field_storage.job.format.coords.value;
             readback_data_var[16] = field_storage.job.format.query.value;
         end
-        if(rd_mux_addr == 9'h8c) begin
+        if(rd_mux_addr == 9'h94) begin
             readback_data_var[6:0] = field_storage.job.limits.morton_bits.value;
             readback_data_var[15:8] = field_storage.job.limits.leaf_size.value;
             readback_data_var[18:16] = field_storage.job.limits.treelet_depth.value;
@@ -2161,10 +2242,10 @@ module xy_regs (
             readback_data_var[31:0] = field_storage.root.hi_z.value.value;
         end
         if(rd_mux_addr == 9'hd8) begin
-            readback_data_var[31:0] = field_storage.root.child.value.value;
+            readback_data_var[31:0] = field_storage.root.pointer.index.value;
         end
         if(rd_mux_addr == 9'hdc) begin
-            readback_data_var[31:0] = field_storage.root.quantized.value.value;
+            readback_data_var[7:0] = field_storage.root.leaf_size.count.value;
         end
         if(rd_mux_addr == 9'he0) begin
             readback_data_var[31:0] = hwif_in.result.nodes.value.next;

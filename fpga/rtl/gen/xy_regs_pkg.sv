@@ -29,13 +29,8 @@ package xy_regs_pkg;
     } xylem__cap__merge__leaf_size__in_t;
 
     typedef struct packed {
-        logic [7:0] next;
-    } xylem__cap__merge__packed_bytes__in_t;
-
-    typedef struct packed {
         xylem__cap__merge__width__in_t width;
         xylem__cap__merge__leaf_size__in_t leaf_size;
-        xylem__cap__merge__packed_bytes__in_t packed_bytes;
     } xylem__cap__merge__in_t;
 
     typedef struct packed {
@@ -91,7 +86,7 @@ package xy_regs_pkg;
 
     typedef struct packed {
         logic next;
-    } xylem__cap__features__record_packed__in_t;
+    } xylem__cap__features__record_packed22__in_t;
 
     typedef struct packed {
         logic next;
@@ -121,7 +116,7 @@ package xy_regs_pkg;
         xylem__cap__features__input_triangle__in_t input_triangle;
         xylem__cap__features__record_box32__in_t record_box32;
         xylem__cap__features__record_pair8__in_t record_pair8;
-        xylem__cap__features__record_packed__in_t record_packed;
+        xylem__cap__features__record_packed22__in_t record_packed22;
         xylem__cap__features__node_bvh2__in_t node_bvh2;
         xylem__cap__features__node_cbvh__in_t node_cbvh;
         xylem__cap__features__coords_relative__in_t coords_relative;
@@ -279,20 +274,20 @@ package xy_regs_pkg;
     typedef struct packed {
         logic [31:0] next;
         logic we;
-    } xylem__root__child__value__in_t;
+    } xylem__root__pointer__index__in_t;
 
     typedef struct packed {
-        xylem__root__child__value__in_t value;
-    } xylem__root__child__in_t;
+        xylem__root__pointer__index__in_t index;
+    } xylem__root__pointer__in_t;
 
     typedef struct packed {
-        logic [31:0] next;
+        logic [7:0] next;
         logic we;
-    } xylem__root__quantized__value__in_t;
+    } xylem__root__leaf_size__count__in_t;
 
     typedef struct packed {
-        xylem__root__quantized__value__in_t value;
-    } xylem__root__quantized__in_t;
+        xylem__root__leaf_size__count__in_t count;
+    } xylem__root__leaf_size__in_t;
 
     typedef struct packed {
         xylem__root__lo_x__in_t lo_x;
@@ -301,8 +296,8 @@ package xy_regs_pkg;
         xylem__root__hi_x__in_t hi_x;
         xylem__root__hi_y__in_t hi_y;
         xylem__root__hi_z__in_t hi_z;
-        xylem__root__child__in_t child;
-        xylem__root__quantized__in_t quantized;
+        xylem__root__pointer__in_t pointer;
+        xylem__root__leaf_size__in_t leaf_size;
     } xylem__root__in_t;
 
     typedef struct packed {
@@ -622,6 +617,22 @@ package xy_regs_pkg;
     } xylem__job__rays__out_t;
 
     typedef struct packed {
+        logic [31:0] value;
+    } xylem__job__nodes__value__out_t;
+
+    typedef struct packed {
+        xylem__job__nodes__value__out_t value;
+    } xylem__job__nodes__out_t;
+
+    typedef struct packed {
+        logic [31:0] value;
+    } xylem__job__entries__value__out_t;
+
+    typedef struct packed {
+        xylem__job__entries__value__out_t value;
+    } xylem__job__entries__out_t;
+
+    typedef struct packed {
         logic [1:0] value;
     } xylem__job__format__input__out_t;
 
@@ -670,6 +681,8 @@ package xy_regs_pkg;
     typedef struct packed {
         xylem__job__primitives__out_t primitives;
         xylem__job__rays__out_t rays;
+        xylem__job__nodes__out_t nodes;
+        xylem__job__entries__out_t entries;
         xylem__job__format__out_t format;
         xylem__job__limits__out_t limits;
     } xylem__job__out_t;
@@ -724,19 +737,19 @@ package xy_regs_pkg;
 
     typedef struct packed {
         logic [31:0] value;
-    } xylem__root__child__value__out_t;
+    } xylem__root__pointer__index__out_t;
 
     typedef struct packed {
-        xylem__root__child__value__out_t value;
-    } xylem__root__child__out_t;
+        xylem__root__pointer__index__out_t index;
+    } xylem__root__pointer__out_t;
 
     typedef struct packed {
-        logic [31:0] value;
-    } xylem__root__quantized__value__out_t;
+        logic [7:0] value;
+    } xylem__root__leaf_size__count__out_t;
 
     typedef struct packed {
-        xylem__root__quantized__value__out_t value;
-    } xylem__root__quantized__out_t;
+        xylem__root__leaf_size__count__out_t count;
+    } xylem__root__leaf_size__out_t;
 
     typedef struct packed {
         xylem__root__lo_x__out_t lo_x;
@@ -745,8 +758,8 @@ package xy_regs_pkg;
         xylem__root__hi_x__out_t hi_x;
         xylem__root__hi_y__out_t hi_y;
         xylem__root__hi_z__out_t hi_z;
-        xylem__root__child__out_t child;
-        xylem__root__quantized__out_t quantized;
+        xylem__root__pointer__out_t pointer;
+        xylem__root__leaf_size__out_t leaf_size;
     } xylem__root__out_t;
 
     typedef struct packed {
@@ -987,7 +1000,7 @@ package xy_regs_pkg;
     typedef enum logic [1:0] {
         record_format__box32 = 'h0,
         record_format__pair8 = 'h1,
-        record_format__packed = 'h2
+        record_format__packed22 = 'h2
     } record_format_e;
 
     typedef enum logic {
