@@ -84,8 +84,8 @@ impl GridRay {
         }
         let Some((direction, scale)) = unit(scene.direction) else { return Self::ZeroDirection };
         // One unit of core time moves `direction` grid units, that is `direction · cell` in scene
-        // units, for which the scene ray takes `cell / scale`.
-        let factor = frame.cell() / scale;
+        // units; the scene ray's own direction is `direction / scale`, so it takes `cell · scale`.
+        let factor = frame.cell() * scale;
         let start = frame.to_grid(scene.origin.map(f64::from));
         let (origin, steps) = match sub_grid(start) {
             Some(origin) => (origin, 0.0),
@@ -199,4 +199,141 @@ fn sub_grid(point: [f64; 3]) -> Option<[SubGrid; 3]> {
 fn closest_to_centre(start: [f64; 3], direction: [f64; 3]) -> f64 {
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     -dot(start, direction) / dot(direction, direction)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use xylem_core::geom::Triangle;
+    use xylem_core::num::Grid;
+
+    /// A unit cube whose grid cell is a power of two, so that expectations are exact.
+    fn frame() -> SceneFrame {
+        SceneFrame::new([0.0; 3], 2f64.powi(-24), Grid::DEFAULT).unwrap()
+    }
+
+    fn ray(origin: [f32; 3], direction: [f32; 3]) -> SceneRay {
+        SceneRay { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+    }
+
+    fn core(scene: &SceneRay) -> (Ray, TimeMap) {
+        match GridRay::new(&frame(), scene) {
+            GridRay::Core { ray, times } => (ray, times),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// A deterministic number in -1..1.
+    fn noise(seed: &mut u64) -> f32 {
+        *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        ((*seed >> 40) as i32 - (1 << 23)) as f32 / (1 << 23) as f32
+    }
+
+    #[test]
+    fn times_map_back_whatever_the_length_of_the_direction() {
+        let frame = frame();
+        let wall = [[0.5f32, 0.0, 0.0], [0.5, 0.99, 0.0], [0.5, 0.0, 0.99]];
+        let vertices = wall.map(|p| frame.snap(p).unwrap());
+        let wall = Triangle { vertices, id: 0 };
+        for length in [1e-37f32, 1e-30, 1e-3, 0.75, 1.0, 5.0, 1e3, 1e30] {
+            let scene = ray([-0.25, 0.25, 0.25], [length, 0.0, -0.0]);
+            let grid = GridRay::new(&frame, &scene);
+            let hit = wall.intersect(grid.core().unwrap(), grid.core().unwrap().t_max());
+            let hit = grid.hit(Some((3, &hit.unwrap())));
+            assert_eq!(hit.prim, 3);
+            assert!((hit.t / (0.75 / length) - 1.0).abs() < 1e-6, "{length:e}: {hit:?}");
+        }
+    }
+
+    #[test]
+    fn the_core_ray_stays_within_the_stated_error_of_the_scene_ray() {
+        let frame = frame();
+        let mut seed = 1;
+        for _ in 0..2000 {
+            let scene = ray(
+                [0; 3].map(|_| 0.5 + 1.4 * noise(&mut seed)),
+                [0; 3].map(|_| 3.0 * noise(&mut seed)),
+            );
+            let (ray, times) = core(&scene);
+            for i in 0..3 {
+                let exact = frame.to_grid(scene.origin.map(f64::from))[i];
+                assert!((ray.origin()[i].to_num::<f64>() - exact).abs() <= 1.0 / 128.0 + 1e-8);
+                let fixed = f64::from(ray.direction()[i]) / (1u32 << 30) as f64;
+                let exact = f64::from(scene.direction[i]) * times.factor / frame.cell();
+                assert!((fixed - exact).abs() <= 2f64.powi(-31), "{scene:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn zeros_of_either_sign_stay_zero_and_dust_becomes_zero() {
+        let (positive, _) = core(&ray([0.5; 3], [0.0, 0.0, 1.0]));
+        let (negative, _) = core(&ray([0.5; 3], [-0.0, -0.0, 1.0]));
+        assert_eq!(positive, negative);
+        assert!(positive.axes()[0].zero && !positive.axes()[2].zero);
+        let (dust, _) = core(&ray([0.5; 3], [2f32.powi(-32), -2f32.powi(-31), 1.0]));
+        assert_eq!(dust.direction().to_array(), [0, -1, 1 << 30]);
+    }
+
+    #[test]
+    fn powers_of_two_scale_to_the_top_of_the_range() {
+        for (largest, fixed) in [(1.0f32, 1 << 30), (0.125, 1 << 30), (0.75, 3 << 28)] {
+            assert_eq!(core(&ray([0.5; 3], [0.0, -largest, 0.0])).0.direction().y, -fixed);
+        }
+        let below = f32::from_bits(1.0f32.to_bits() - 1);
+        assert_eq!(core(&ray([0.5; 3], [below, 0.0, 0.0])).0.direction().x, (1 << 30) - (1 << 6));
+    }
+
+    #[test]
+    fn far_origins_move_along_the_ray_and_keep_their_times() {
+        let far = ray([-1000.0, 0.25, 0.75], [2.0, 0.0, 0.0]);
+        let (moved, times) = core(&far);
+        assert!(moved.origin()[0].unsigned_abs() <= Ray::ORIGIN_LIMIT as u32);
+        // x = 0.25 is reached at t = 500.125.
+        let quarter = frame().snap([0.25; 3]).unwrap().x;
+        let steps = f64::from(quarter) - moved.origin()[0].to_num::<f64>();
+        assert!((times.to_scene(Time::from_num(steps)) - 500.125).abs() < 1e-9);
+        assert_eq!(
+            GridRay::new(&frame(), &ray([-1000.0, 0.5, 0.5], [1.0, 1.0, 0.0])),
+            GridRay::Misses
+        );
+        // Looking away from the grid: the interval ends before the line reaches it.
+        let away = SceneRay { direction: [-2.0, 0.0, 0.0], ..far };
+        assert_eq!(GridRay::new(&frame(), &away), GridRay::Misses);
+        let extreme = ray([3e38, 3e38, 3e38], [-1.0, -1.0, -1.0]);
+        assert!(matches!(GridRay::new(&frame(), &extreme), GridRay::Core { .. } | GridRay::Misses));
+    }
+
+    #[test]
+    fn bounds_are_rounded_down_so_that_reported_times_decide() {
+        let (_, times) = core(&ray([0.0; 3], [0.7, 0.1, 0.0]));
+        let mut seed = 9;
+        for _ in 0..1000 {
+            let bound = noise(&mut seed);
+            let fixed = times.to_core(bound);
+            assert!(times.to_scene(fixed) <= f64::from(bound));
+            assert!(times.to_scene(fixed + Time::DELTA) > f64::from(bound));
+        }
+        assert_eq!(times.to_core(f32::INFINITY), Ray::TIME_LIMIT);
+        assert_eq!(times.to_core(f32::NEG_INFINITY), -Ray::TIME_LIMIT);
+    }
+
+    #[test]
+    fn rays_that_cannot_hit_are_counted_by_reason() {
+        let good = ray([0.5; 3], [0.0, 1.0, 0.0]);
+        let rays = [
+            good,
+            SceneRay { direction: [0.0, -0.0, 0.0], ..good },
+            SceneRay { t_min: 2.0, t_max: 1.0, ..good },
+            SceneRay { t_min: 1.0, t_max: 1.0, ..good },
+            SceneRay { t_min: 100.0, ..good },
+        ];
+        let grid = convert(&frame(), &rays).unwrap();
+        let expect = ConversionCounts { core: 1, zero_direction: 1, empty_interval: 2, misses: 1 };
+        assert_eq!(ConversionCounts::of(&grid), expect);
+        assert_eq!(grid[1].hit(None), Hit::MISS);
+        let bad = [good, SceneRay { t_max: f32::NAN, ..good }];
+        let error = convert(&frame(), &bad).unwrap_err();
+        assert!(error.to_string().starts_with("ray 1: tmax is NaN"), "{error}");
+    }
 }
