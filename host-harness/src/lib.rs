@@ -4,5 +4,6 @@ pub mod bus;
 pub mod cli;
 pub mod machine;
 pub mod report;
+pub mod run;
 pub mod scene;
 pub mod soc;

@@ -1,0 +1,198 @@
+//! Builds and compressions, measured.
+
+use std::time::{Duration, Instant};
+
+use heapless::Vec as FixedVec;
+use xylem_core::compress::{Coordinates, compress_top_down};
+use xylem_core::error::BuildError;
+use xylem_core::geom::Triangle;
+use xylem_core::mem::{Bus, ByteAddr};
+use xylem_core::node::{NodeFormat, Tree};
+use xylem_core::pipeline::{self, BuildConfig};
+use xylem_core::probe::Probe;
+use xylem_core::quality::{self, Malformed, Quality};
+use xylem_core::sort::{HeapEntry, InputFormat, Item, Queue, Workspace};
+use xylem_core::traverse::Scene;
+
+use super::Layout;
+use crate::bus::{FlatMemory, MEMORIES, MemoryError, MemoryTiming, Metered, StageClock, Traffic};
+
+/// What to build.
+#[derive(Debug, Clone, Copy)]
+pub struct BuildOptions {
+    /// The builder's configuration.
+    pub config: BuildConfig,
+    /// The format that is traced in the end.
+    pub format: NodeFormat,
+    /// The memory whose time is modelled.
+    pub memory: MemoryTiming,
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self { config: BuildConfig::default(), format: NodeFormat::Bvh2, memory: MEMORIES[1] }
+    }
+}
+
+/// A finished build with everything that was measured.
+#[derive(Debug)]
+pub struct BuildRun {
+    /// Memory with all regions.
+    pub memory: FlatMemory,
+    /// Where things are in it.
+    pub layout: Layout,
+    /// The tree in the requested format and the triangles.
+    pub scene: Scene,
+    /// The tree of 64-byte nodes that came first (the same one if that was requested).
+    pub exact: Scene,
+    /// Traffic by stage and region.
+    pub traffic: Traffic,
+    /// How long the host took for building and compressing, measured.
+    pub host_time: Duration,
+}
+
+/// Why a run stopped.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum RunError {
+    /// The scene needs more memory than addresses reach.
+    #[error("scene needs {0} bytes of memory; addresses reach 4294967295. Use a smaller scene")]
+    TooLarge(u64),
+    /// The core reported an error.
+    #[error("{0}")]
+    Build(#[from] BuildError<MemoryError>),
+    /// The tree is not well formed; a defect.
+    #[error("the tree is not well formed: {0:?} (a defect of the builder)")]
+    Malformed(Malformed<MemoryError>),
+}
+
+/// Loads the triangles into fresh memory, builds their tree, and compresses it if asked to.
+///
+/// # Errors
+/// [`RunError`], where the scene is too large or the core refuses it.
+pub fn build(triangles: &[Triangle], options: &BuildOptions) -> Result<BuildRun, RunError> {
+    let (memory, layout) = load(triangles, &options.config)?;
+    let mut buffers = Buffers::new(&options.config);
+    let stage = StageClock::default();
+    let mut bus = Metered::new(memory, &stage, &layout.named(), options.memory);
+    let start = Instant::now();
+    let count = triangles.len() as u32;
+    let (tree, exact) = job(&mut bus, &layout, options, count, &mut buffers, &mut &stage)?;
+    let host_time = start.elapsed();
+    let traffic = bus.traffic();
+    let scene = |tree| Scene { tree, triangles: layout.triangles, triangle_count: count };
+    let (scene, exact) = (scene(tree), scene(exact));
+    Ok(BuildRun { memory: bus.into_inner(), layout, scene, exact, traffic, host_time })
+}
+
+/// Places triangles, and boxes if they are the input, in memory just large enough.
+///
+/// # Errors
+/// [`RunError::TooLarge`].
+pub fn load(
+    triangles: &[Triangle],
+    config: &BuildConfig,
+) -> Result<(FlatMemory, Layout), RunError> {
+    let count = u32::try_from(triangles.len()).map_err(|_| RunError::TooLarge(u64::MAX))?;
+    let layout = Layout::new(config, count).map_err(RunError::TooLarge)?;
+    let mut memory = FlatMemory::new(layout.size as usize);
+    let mut put = |addr: u32, bytes: &[u8]| {
+        memory.bytes_mut()[addr as usize..addr as usize + bytes.len()].copy_from_slice(bytes);
+    };
+    for (i, triangle) in triangles.iter().enumerate() {
+        put(layout.triangles.base.0 + (i * Triangle::BYTES) as u32, &triangle.to_bytes());
+        if config.input == InputFormat::Box32 {
+            let bounds = triangle.bounds();
+            let mut record = [0; 32];
+            let corners = bounds.min.to_array().into_iter().chain(bounds.max.to_array());
+            for (four, c) in record.chunks_exact_mut(4).zip(corners) {
+                four.copy_from_slice(&c.to_le_bytes());
+            }
+            record[24..28].copy_from_slice(&(i as u32).to_le_bytes());
+            put(layout.build.primitives.base.0 + i as u32 * 32, &record);
+        }
+    }
+    Ok((memory, layout))
+}
+
+/// Builds and compresses on any bus; returns the tree in the requested format and the exact one.
+///
+/// # Errors
+/// [`BuildError`].
+pub fn job<B: Bus, P: Probe>(
+    bus: &mut B,
+    layout: &Layout,
+    options: &BuildOptions,
+    count: u32,
+    buffers: &mut Buffers,
+    probe: &mut P,
+) -> Result<(Tree, Tree), BuildError<B::Error>> {
+    let workspace = &mut buffers.workspace();
+    let exact = pipeline::build(bus, &options.config, &layout.build, count, workspace, probe)?;
+    let target = layout.quantized_nodes;
+    let tree = match options.format {
+        NodeFormat::Bvh2 => exact,
+        NodeFormat::QuantizedRelative => {
+            compress_top_down(bus, &exact, target, Coordinates::Relative, probe)?
+        }
+        NodeFormat::QuantizedModulo => {
+            compress_top_down(bus, &exact, target, Coordinates::Modulo, probe)?
+        }
+    };
+    Ok((tree, exact))
+}
+
+/// The widest merge that the host has room for.
+const MAX_WIDTH: usize = 4096;
+
+/// The builder's on-chip storage, on the host's heap.
+#[derive(Debug)]
+pub struct Buffers {
+    items: Vec<Item>,
+    queues: Box<FixedVec<Queue, MAX_WIDTH>>,
+    heap: Box<FixedVec<HeapEntry, MAX_WIDTH>>,
+}
+
+impl Buffers {
+    /// Storage for a configuration.
+    pub fn new(config: &BuildConfig) -> Self {
+        Self {
+            items: vec![Item::ZERO; config.sort.capacity as usize],
+            queues: Box::default(),
+            heap: Box::default(),
+        }
+    }
+
+    /// The storage as the core wants it.
+    pub fn workspace(&mut self) -> Workspace<'_> {
+        Workspace { items: &mut self.items, queues: &mut *self.queues, heap: &mut *self.heap }
+    }
+}
+
+impl BuildRun {
+    /// Checks the tree and measures its quality.
+    ///
+    /// # Errors
+    /// [`RunError::Malformed`].
+    pub fn check(&self) -> Result<Quality, RunError> {
+        check(&self.memory, &self.scene)
+    }
+
+    /// Bytes of one region as they are now.
+    pub fn bytes_at(&self, base: ByteAddr, len: u64) -> &[u8] {
+        &self.memory.bytes()[base.0 as usize..base.0 as usize + len as usize]
+    }
+
+    /// Modelled cycles of the whole build, rounded.
+    pub fn cycles(&self) -> u64 {
+        self.traffic.total().millicycles.div_ceil(1000)
+    }
+}
+
+/// Checks a tree in memory and measures its quality.
+///
+/// # Errors
+/// [`RunError::Malformed`].
+pub fn check(memory: &FlatMemory, scene: &Scene) -> Result<Quality, RunError> {
+    let mut seen = vec![0; scene.triangle_count.div_ceil(32) as usize];
+    quality::check(&mut memory.snapshot(), scene, &mut seen).map_err(RunError::Malformed)
+}
