@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::frame::FrameError;
+use super::procedural::ParameterError;
 
 /// Why a scene cannot be loaded.
 #[derive(Debug, thiserror::Error)]
@@ -18,6 +19,14 @@ pub enum SceneError {
         looked: Vec<PathBuf>,
         /// Names close to it that do exist, best first.
         near: Vec<String>,
+    },
+    /// A procedural scene cannot be had with those parameters.
+    #[error("{name}: {source}")]
+    Parameter {
+        /// The name as given.
+        name: String,
+        /// What is wrong with it.
+        source: ParameterError,
     },
     /// A file cannot be read.
     #[error("{}: cannot read it: {source}; check the path and its permissions", path.display())]

@@ -2,11 +2,22 @@
 //!
 //! In order: the path itself, `scenes/` (in the working folder, else the one of the source tree that
 //! this program was built from), then each folder of `$XYLEM_SCENES` (separated as in `$PATH`); in
-//! each, the name as it is, then with `.obj`, then with `.obj.gz`.
+//! each, the name as it is, then with `.obj`, then with `.obj.gz`. What is no file may be the name of a
+//! [procedural](super::procedural) scene.
 
 use std::path::{Path, PathBuf};
 
 use super::error::SceneError;
+use super::procedural::{self, Soup};
+
+/// What a name stands for.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Found {
+    /// An OBJ file.
+    File(PathBuf),
+    /// A scene that has been computed.
+    Procedural(Soup),
+}
 
 /// The folders that scenes are looked for in.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -25,14 +36,19 @@ impl Library {
         Self { folders }
     }
 
-    /// The file that `name` stands for.
+    /// The scene that `name` stands for.
     ///
     /// # Errors
-    /// [`SceneError::NotFound`] with the files tried and names like it.
-    pub fn find(&self, name: &str) -> Result<PathBuf, SceneError> {
+    /// [`SceneError::NotFound`] with the files tried and names like it, and
+    /// [`SceneError::Parameter`] for a procedural scene with wrong parameters.
+    pub fn find(&self, name: &str) -> Result<Found, SceneError> {
         let candidates = self.candidates(name);
         if let Some(found) = candidates.iter().find(|path| path.is_file()) {
-            return Ok(found.clone());
+            return Ok(Found::File(found.clone()));
+        }
+        if let Some(soup) = procedural::soup(name) {
+            let wrong = |source| SceneError::Parameter { name: name.to_owned(), source };
+            return soup.map(Found::Procedural).map_err(wrong);
         }
         Err(SceneError::NotFound {
             name: name.to_owned(),
@@ -56,13 +72,15 @@ impl Library {
         candidates
     }
 
-    /// The names of the scenes in the folders (without the working folder), sorted.
+    /// The names of the scenes in the folders (without the working folder) and of the procedural
+    /// ones, sorted.
     pub fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = self
             .folders
             .iter()
             .filter(|folder| !folder.as_os_str().is_empty())
             .flat_map(|folder| names_below(folder, folder, 2))
+            .chain(procedural::names())
             .collect();
         names.sort();
         names.dedup();
