@@ -1,0 +1,393 @@
+//! The scene blob: what the host lays down in external memory for the job.
+//!
+//! Little-endian 32-bit words, then the records, without gaps:
+//!
+//! | byte   | what                                                                          |
+//! |--------|-------------------------------------------------------------------------------|
+//! | 0      | magic, the bytes `XYLB`                                                       |
+//! | 4      | version, [`Header::VERSION`]                                                  |
+//! | 8      | flags: bit 0 says that the core has the standard trap registers (`mtvec`…)    |
+//! | 12     | grid width in bits, 4 to 24                                                   |
+//! | 16     | Morton code width in bits, 30 or 63                                           |
+//! | 20     | traced format: 0 64-byte nodes, 1 quantized relative, 2 quantized modulo      |
+//! | 24     | query: 0 closest hit, 1 any hit                                               |
+//! | 28     | sorter's scratchpad `M` in records, see [`SortConfig::capacity`]              |
+//! | 32     | sorter's burst `B` in records, see [`SortConfig::burst`]                      |
+//! | 36     | record of a sorted run: 0 32-byte boxes, 1 22-byte boxes, 2 8-byte pairs      |
+//! | 40     | largest leaf in primitives, 1 to 255                                          |
+//! | 44     | number of triangles                                                           |
+//! | 48     | number of rays                                                                |
+//! | 52     | reserved, zero, 12 bytes                                                      |
+//! | 64     | triangles, 40 bytes each ([`Triangle::to_bytes`])                             |
+//! | behind | rays, 40 bytes each ([`Ray::to_bytes`])                                       |
+//!
+//! The job's work space is the memory behind the blob, from the next multiple of 64 bytes on. The
+//! parser checks that every word has a meaning; whether the sorter can work with its parameters is
+//! for the core to say.
+
+use core::fmt;
+
+use xylem_core::geom::{Ray, Triangle};
+use xylem_core::mem::{Bus, Region};
+use xylem_core::node::{MAX_LEAF_SIZE, NodeFormat};
+use xylem_core::num::{Grid, MortonWidth};
+use xylem_core::sort::{RecordFormat, SortConfig};
+use xylem_core::traverse::Query;
+
+/// The head of a scene blob.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Header {
+    /// Whether the core has the standard machine-mode trap registers. PicoRV32 has not.
+    pub machine_traps: bool,
+    /// The grid of all coordinates.
+    pub grid: Grid,
+    /// The width of the sort key.
+    pub morton: MortonWidth,
+    /// The format that rays are traced through. Quantized nodes are always written: in modulo
+    /// coordinates if this is that format, else in relative ones.
+    pub format: NodeFormat,
+    /// What rays are asked.
+    pub query: Query,
+    /// The shape of the sorter.
+    pub sort: SortConfig,
+    /// The largest leaf, in primitives.
+    pub max_leaf_size: u32,
+    /// How many triangles follow.
+    pub triangles: u32,
+    /// How many rays follow those.
+    pub rays: u32,
+}
+
+/// A word of the configuration that does not accept every value.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(target_arch = "riscv32", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Setting {
+    /// The grid's width.
+    GridBits,
+    /// The Morton code's width.
+    MortonBits,
+    /// The traced format.
+    Format,
+    /// The query.
+    Query,
+    /// The record of a sorted run.
+    Record,
+    /// The largest leaf.
+    MaxLeafSize,
+}
+
+impl Setting {
+    /// Its name and its legal values.
+    const fn describe(self) -> (&'static str, &'static str) {
+        match self {
+            Self::GridBits => ("the grid's bits", "4 to 24"),
+            Self::MortonBits => ("the Morton code's bits", "30 or 63"),
+            Self::Format => ("the traced format", "0 to 2"),
+            Self::Query => ("the query", "0 or 1"),
+            Self::Record => ("the sorter's record", "0 to 2"),
+            Self::MaxLeafSize => ("the largest leaf", "1 to 255"),
+        }
+    }
+}
+
+/// Why memory does not hold a scene blob.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(target_arch = "riscv32", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum BlobError<E> {
+    /// The first word is not the magic.
+    Magic {
+        /// The word found.
+        found: u32,
+    },
+    /// The blob has a version that this job cannot read.
+    Version {
+        /// The version found.
+        found: u32,
+    },
+    /// A flag or a reserved word is set that this version does not know.
+    Reserved {
+        /// The word found.
+        found: u32,
+    },
+    /// A word of the configuration has a value without a meaning.
+    Setting {
+        /// Which one.
+        setting: Setting,
+        /// The value found.
+        found: u32,
+    },
+    /// The records do not fit into the memory that holds the blob.
+    TooLarge {
+        /// Bytes that the counts ask for, at most `u32::MAX`.
+        needed: u32,
+        /// Bytes that there are.
+        size: u32,
+    },
+    /// The bus failed.
+    Bus(E),
+}
+
+impl<E: fmt::Debug> fmt::Display for BlobError<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Magic { found } => write!(
+                f,
+                "no scene blob in memory: it starts with {found:#010x}, not {:#010x}; load one",
+                Header::MAGIC
+            ),
+            Self::Version { found } => write!(
+                f,
+                "scene blob has version {found}, this job reads {}; write it anew",
+                Header::VERSION
+            ),
+            Self::Reserved { found } => {
+                write!(f, "scene blob sets unknown flags or reserved bits: {found:#010x}")
+            }
+            Self::Setting { setting, found } => {
+                let (name, legal) = setting.describe();
+                write!(f, "scene blob sets {name} to {found}; legal is {legal}")
+            }
+            Self::TooLarge { needed, size } => {
+                write!(f, "scene blob needs {needed} bytes, memory has {size}; use a smaller scene")
+            }
+            Self::Bus(error) => write!(f, "scene blob is not readable: {error:?}"),
+        }
+    }
+}
+
+impl<E: fmt::Debug> core::error::Error for BlobError<E> {}
+
+/// A scene blob in memory, checked.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Blob {
+    /// The head.
+    pub header: Header,
+    /// The triangle records.
+    pub triangles: Region,
+    /// The ray records.
+    pub rays: Region,
+    /// The memory behind the blob, from a multiple of 64 bytes on.
+    pub work: Region,
+}
+
+impl Header {
+    /// Bytes of the header.
+    pub const BYTES: usize = 64;
+
+    /// The first word of a blob: the bytes `XYLB`.
+    pub const MAGIC: u32 = u32::from_le_bytes(*b"XYLB");
+
+    /// The version of the format that this module describes.
+    pub const VERSION: u32 = 1;
+
+    /// The header's bytes.
+    pub fn to_bytes(&self) -> [u8; Self::BYTES] {
+        let words = [
+            Self::MAGIC,
+            Self::VERSION,
+            u32::from(self.machine_traps),
+            u32::from(self.grid.bits()),
+            self.morton.bits(),
+            code_of(&FORMATS, self.format),
+            code_of(&QUERIES, self.query),
+            self.sort.capacity,
+            self.sort.burst,
+            code_of(&RECORDS, self.sort.record),
+            self.max_leaf_size,
+            self.triangles,
+            self.rays,
+        ];
+        let mut bytes = [0; Self::BYTES];
+        for (chunk, word) in bytes.chunks_exact_mut(4).zip(words) {
+            chunk.copy_from_slice(&word.to_le_bytes());
+        }
+        bytes
+    }
+
+    /// The header of some bytes.
+    ///
+    /// # Errors
+    /// [`BlobError`], all kinds but `TooLarge` and `Bus`.
+    pub fn from_bytes<E>(bytes: &[u8; Self::BYTES]) -> Result<Self, BlobError<E>> {
+        let word = |i: usize| {
+            u32::from_le_bytes([bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]])
+        };
+        if word(0) != Self::MAGIC {
+            return Err(BlobError::Magic { found: word(0) });
+        }
+        if word(1) != Self::VERSION {
+            return Err(BlobError::Version { found: word(1) });
+        }
+        let unknown = (word(2) & !1) | word(13) | word(14) | word(15);
+        if unknown != 0 {
+            return Err(BlobError::Reserved { found: unknown });
+        }
+        let bad = |setting: Setting, i: usize| BlobError::Setting { setting, found: word(i) };
+        let grid = u8::try_from(word(3)).ok().and_then(Grid::new);
+        let morton = match word(4) {
+            30 => MortonWidth::Bits30,
+            63 => MortonWidth::Bits63,
+            _ => return Err(bad(Setting::MortonBits, 4)),
+        };
+        if word(10) == 0 || word(10) > MAX_LEAF_SIZE {
+            return Err(bad(Setting::MaxLeafSize, 10));
+        }
+        Ok(Self {
+            machine_traps: word(2) & 1 == 1,
+            grid: grid.ok_or(bad(Setting::GridBits, 3))?,
+            morton,
+            format: of_code(&FORMATS, word(5)).ok_or(bad(Setting::Format, 5))?,
+            query: of_code(&QUERIES, word(6)).ok_or(bad(Setting::Query, 6))?,
+            sort: SortConfig {
+                capacity: word(7),
+                burst: word(8),
+                record: of_code(&RECORDS, word(9)).ok_or(bad(Setting::Record, 9))?,
+            },
+            max_leaf_size: word(10),
+            triangles: word(11),
+            rays: word(12),
+        })
+    }
+
+    /// Bytes of the whole blob, or `None` past 32 bits.
+    pub fn blob_bytes(&self) -> Option<u32> {
+        let triangles = self.triangles.checked_mul(Triangle::BYTES as u32)?;
+        let rays = self.rays.checked_mul(Ray::BYTES as u32)?;
+        (Self::BYTES as u32).checked_add(triangles)?.checked_add(rays)
+    }
+}
+
+/// What the codes 0, 1, … of each setting stand for.
+const FORMATS: [NodeFormat; 3] =
+    [NodeFormat::Bvh2, NodeFormat::QuantizedRelative, NodeFormat::QuantizedModulo];
+const QUERIES: [Query; 2] = [Query::Closest, Query::Any];
+const RECORDS: [RecordFormat; 3] =
+    [RecordFormat::Box32, RecordFormat::Packed22, RecordFormat::Pair8];
+
+/// The code of a value. One that has none gets a code that no parser accepts.
+fn code_of<T: PartialEq>(values: &[T], value: T) -> u32 {
+    values.iter().position(|v| *v == value).map_or(u32::MAX, |i| i as u32)
+}
+
+/// The value of a code.
+fn of_code<T: Copy>(values: &[T], code: u32) -> Option<T> {
+    values.get(code as usize).copied()
+}
+
+impl Blob {
+    /// Finds the blob at the start of `memory`.
+    ///
+    /// # Errors
+    /// [`BlobError`] when there is none or it does not fit.
+    pub fn parse<B: Bus>(bus: &mut B, memory: Region) -> Result<Self, BlobError<B::Error>> {
+        let mut bytes = [0; Header::BYTES];
+        let size = memory.size;
+        let start = memory.at(0, Header::BYTES as u32);
+        let start = start.ok_or(BlobError::TooLarge { needed: Header::BYTES as u32, size })?;
+        bus.read(start, &mut bytes).map_err(BlobError::Bus)?;
+        let header = Header::from_bytes(&bytes)?;
+        let needed = header.blob_bytes().unwrap_or(u32::MAX);
+        if needed > size {
+            return Err(BlobError::TooLarge { needed, size });
+        }
+        // Nothing below overflows: every sum is at most `needed`, or is clamped to `size`.
+        let triangles_at = Header::BYTES as u32;
+        let rays_at = triangles_at + header.triangles * Triangle::BYTES as u32;
+        let work_at = needed.checked_next_multiple_of(64).unwrap_or(size).min(size);
+        let piece = |from: u32, to: u32| Region::new(memory.base.0 + from, to - from);
+        Ok(Self {
+            header,
+            triangles: piece(triangles_at, rays_at),
+            rays: piece(rays_at, needed),
+            work: piece(work_at, size),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::convert::Infallible;
+    use xylem_core::mem::ByteAddr;
+
+    const HEADER: Header = Header {
+        machine_traps: true,
+        grid: Grid::DEFAULT,
+        morton: MortonWidth::Bits63,
+        format: NodeFormat::QuantizedModulo,
+        query: Query::Any,
+        sort: SortConfig { capacity: 64, burst: 4, record: RecordFormat::Packed22 },
+        max_leaf_size: 7,
+        triangles: 2,
+        rays: 3,
+    };
+
+    /// A header at address 0x100; the records behind it are never read by the parser.
+    struct Head([u8; Header::BYTES]);
+
+    impl Bus for Head {
+        type Error = Infallible;
+        fn read(&mut self, addr: ByteAddr, buf: &mut [u8]) -> Result<(), Infallible> {
+            assert_eq!((addr, buf.len()), (ByteAddr(0x100), Header::BYTES));
+            buf.copy_from_slice(&self.0);
+            Ok(())
+        }
+        fn write(&mut self, _: ByteAddr, _: &[u8]) -> Result<(), Infallible> {
+            unreachable!("parsing does not write")
+        }
+    }
+
+    fn parse(header: [u8; Header::BYTES], size: u32) -> Result<Blob, BlobError<Infallible>> {
+        Blob::parse(&mut Head(header), Region::new(0x100, size))
+    }
+
+    #[test]
+    fn pieces_follow_each_other_and_work_space_starts_aligned() {
+        let blob = parse(HEADER.to_bytes(), 1000).unwrap();
+        assert_eq!(blob.header, HEADER);
+        assert_eq!(blob.triangles, Region::new(0x140, 80));
+        assert_eq!(blob.rays, Region::new(0x190, 120));
+        assert_eq!(blob.work, Region::new(0x100 + 320, 1000 - 320));
+    }
+
+    #[test]
+    fn a_blob_may_fill_memory_but_not_exceed_it() {
+        assert_eq!(parse(HEADER.to_bytes(), 264).unwrap().work.size, 0);
+        let error = BlobError::TooLarge { needed: 264, size: 263 };
+        assert_eq!(parse(HEADER.to_bytes(), 263), Err(error));
+        let huge = Header { triangles: u32::MAX, ..HEADER };
+        let error = BlobError::TooLarge { needed: u32::MAX, size: 4096 };
+        assert_eq!(parse(huge.to_bytes(), 4096), Err(error));
+        assert_eq!(parse([0; 64], 63), Err(BlobError::TooLarge { needed: 64, size: 63 }));
+    }
+
+    #[test]
+    fn every_field_of_the_header_is_checked() {
+        let with = |word: usize, value: u32| {
+            let mut bytes = HEADER.to_bytes();
+            bytes[4 * word..4 * word + 4].copy_from_slice(&value.to_le_bytes());
+            parse(bytes, 4096).map(|blob| blob.header)
+        };
+        assert_eq!(with(0, 7), Err(BlobError::Magic { found: 7 }));
+        assert_eq!(with(1, 9), Err(BlobError::Version { found: 9 }));
+        assert_eq!(with(2, 0), Ok(Header { machine_traps: false, ..HEADER }));
+        assert_eq!(with(2, 2), Err(BlobError::Reserved { found: 2 }));
+        for reserved in [13, 14, 15] {
+            assert_eq!(with(reserved, 1), Err(BlobError::Reserved { found: 1 }));
+        }
+        for (word, value, setting) in [
+            (3, 25, Setting::GridBits),
+            (3, 256 + 24, Setting::GridBits),
+            (4, 31, Setting::MortonBits),
+            (5, 3, Setting::Format),
+            (6, 2, Setting::Query),
+            (9, u32::MAX, Setting::Record),
+            (10, 0, Setting::MaxLeafSize),
+            (10, 256, Setting::MaxLeafSize),
+        ] {
+            assert_eq!(with(word, value), Err(BlobError::Setting { setting, found: value }));
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! The soft core's program: it runs the job on the scene blob in external memory, logs over the
+//! UART and powers off.
+//!
+//! The last log line of a successful run is `report` with the bytes of the
+//! [report](xylem_firmware::report). Exit codes: 1 the job failed, 2 a panic, 3 a trap.
+#![cfg_attr(target_arch = "riscv32", no_std, no_main)]
+#![deny(unsafe_code)]
+
+#[cfg(target_arch = "riscv32")]
+mod machine;
+
+#[cfg(target_arch = "riscv32")]
+mod program {
+    use core::panic::PanicInfo;
+
+    use xylem_firmware::report::{OUTPUTS, STAGES};
+    use xylem_firmware::{blob::Blob, job, job::Buffers, map};
+
+    use crate::machine::{self, CycleCounter, ExternalMemory, Trap};
+
+    defmt::timestamp!("{=u64}", machine::cycles());
+
+    /// Runs the job, once. The reset code calls this with memory ready.
+    pub fn main(mut memory: ExternalMemory, buffers: &mut Buffers) -> ! {
+        if Blob::parse(&mut memory, map::EXTERNAL).is_ok_and(|blob| blob.header.machine_traps) {
+            machine::catch_traps();
+        }
+        defmt::info!("xylem firmware {=str}", env!("CARGO_PKG_VERSION"));
+        match job::run(&mut memory, map::EXTERNAL, buffers, &mut CycleCounter) {
+            Ok(report) => {
+                defmt::info!(
+                    "{=u32} primitives, {=u32} leaves, {=u32} nodes, {=u32} rays, {=u32} hits",
+                    report.primitives,
+                    report.leaves,
+                    report.nodes,
+                    report.rays,
+                    report.hits
+                );
+                for (stage, cycles) in STAGES.iter().zip(report.cycles) {
+                    defmt::info!("{}: {=u64} cycles", stage, cycles);
+                }
+                for (output, digest) in OUTPUTS.iter().zip(report.outputs) {
+                    defmt::info!(
+                        "{}: {=u32} bytes, crc32 {=u32:08x}",
+                        output,
+                        digest.bytes,
+                        digest.crc
+                    );
+                }
+                defmt::println!("report {=[u8]:02x}", report.to_bytes());
+                machine::power_off(map::POWER_OFF_PASS)
+            }
+            Err(error) => {
+                defmt::error!("job failed: {}", error);
+                machine::power_off(map::power_off_fail(1))
+            }
+        }
+    }
+
+    #[panic_handler]
+    fn panic(info: &PanicInfo) -> ! {
+        defmt::error!("panic: {}", defmt::Display2Format(info));
+        machine::power_off(map::power_off_fail(2))
+    }
+
+    /// Reports an exception that the core caught. Only cores with trap registers come here.
+    pub fn trap(trap: Trap) -> ! {
+        defmt::error!(
+            "trap: cause {=u32} at {=u32:#010x}, value {=u32:#010x}",
+            trap.cause,
+            trap.pc,
+            trap.value
+        );
+        machine::power_off(map::power_off_fail(3))
+    }
+}
+
+#[cfg(not(target_arch = "riscv32"))]
+fn main() {
+    eprintln!("this program is for the soft core; build it with tests/firmware.sh build");
+}

@@ -1,0 +1,112 @@
+//! Writes scene blobs.
+
+use xylem_core::geom::{Ray, Triangle};
+use xylem_core::node::{MAX_LEAF_SIZE, NodeFormat};
+use xylem_core::num::{Grid, MortonWidth};
+use xylem_core::sort::{RecordFormat, SortConfig};
+use xylem_core::traverse::Query;
+use xylem_firmware::blob::Header;
+use xylem_firmware::map::EXTERNAL;
+
+use super::SocError;
+
+/// A scene and its rays as the firmware takes them; the format is [`xylem_firmware::blob`].
+#[derive(Clone, Debug)]
+pub struct SceneBlob {
+    /// The grid of all coordinates.
+    pub grid: Grid,
+    /// The width of the sort key.
+    pub morton: MortonWidth,
+    /// The format that rays are traced through.
+    pub format: NodeFormat,
+    /// What rays are asked.
+    pub query: Query,
+    /// The shape of the sorter.
+    pub sort: SortConfig,
+    /// The largest leaf, in primitives.
+    pub max_leaf_size: u32,
+    /// The triangles.
+    pub triangles: Vec<Triangle>,
+    /// The rays.
+    pub rays: Vec<Ray>,
+}
+
+impl Default for SceneBlob {
+    /// No triangles and no rays; quantized nodes in relative coordinates, closest hits, and a sorter
+    /// that fits the firmware's storage: `M` = 2048, `B` = 16.
+    fn default() -> Self {
+        Self {
+            grid: Grid::DEFAULT,
+            morton: MortonWidth::Bits30,
+            format: NodeFormat::QuantizedRelative,
+            query: Query::Closest,
+            sort: SortConfig { capacity: 2048, burst: 16, record: RecordFormat::Box32 },
+            max_leaf_size: MAX_LEAF_SIZE,
+            triangles: Vec::new(),
+            rays: Vec::new(),
+        }
+    }
+}
+
+impl SceneBlob {
+    /// The blob's bytes. `machine_traps` says whether the core has the standard trap registers.
+    ///
+    /// # Errors
+    /// [`SocError::TooLarge`] if the soft core's external memory cannot hold it.
+    pub fn to_bytes(&self, machine_traps: bool) -> Result<Vec<u8>, SocError> {
+        let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let header = Header {
+            machine_traps,
+            grid: self.grid,
+            morton: self.morton,
+            format: self.format,
+            query: self.query,
+            sort: self.sort,
+            max_leaf_size: self.max_leaf_size,
+            triangles: count(self.triangles.len()),
+            rays: count(self.rays.len()),
+        };
+        if header.blob_bytes().is_none_or(|bytes| bytes > EXTERNAL.size) {
+            let records = |n: usize, bytes: usize| n as u64 * bytes as u64;
+            let needed = Header::BYTES as u64
+                + records(self.triangles.len(), Triangle::BYTES)
+                + records(self.rays.len(), Ray::BYTES);
+            return Err(SocError::TooLarge { needed, size: EXTERNAL.size });
+        }
+        let mut bytes = header.to_bytes().to_vec();
+        bytes.extend(self.triangles.iter().flat_map(Triangle::to_bytes));
+        bytes.extend(self.rays.iter().flat_map(Ray::to_bytes));
+        Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bus::FlatMemory;
+    use xylem_core::mem::Region;
+    use xylem_firmware::blob::Blob;
+
+    #[test]
+    fn the_firmware_finds_what_was_written() {
+        let triangle = Triangle { vertices: [[1, 2, 3].into(); 3], id: 9 };
+        let scene = SceneBlob { triangles: vec![triangle; 3], ..SceneBlob::default() };
+        let bytes = scene.to_bytes(true).unwrap();
+        let all = Region::new(0, 4096);
+        let mut memory = FlatMemory::new(4096);
+        memory.bytes_mut()[..bytes.len()].copy_from_slice(&bytes);
+        let blob = Blob::parse(&mut memory, all).unwrap();
+        assert!(blob.header.machine_traps);
+        assert_eq!((blob.header.grid, blob.header.sort), (scene.grid, scene.sort));
+        assert_eq!((blob.header.triangles, blob.header.rays), (3, 0));
+        assert_eq!(memory.region(blob.triangles), triangle.to_bytes().repeat(3));
+    }
+
+    #[test]
+    fn a_scene_larger_than_memory_is_refused_with_both_sizes() {
+        let triangle = Triangle { vertices: [[0, 0, 0].into(); 3], id: 0 };
+        let scene = SceneBlob { triangles: vec![triangle; 1_500_000], ..SceneBlob::default() };
+        let error = scene.to_bytes(false).unwrap_err();
+        assert!(matches!(error, SocError::TooLarge { needed: 60_000_064, size: 58_720_256 }));
+    }
+}
