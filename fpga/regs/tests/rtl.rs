@@ -115,7 +115,10 @@ fn the_register_block_keeps_what_the_metadata_promise() {
     let start = Ctrl::RESET.with_job(JobKind::Trace).with_start(true);
     assert_eq!(block.write(CTRL.offset(), start.bits()), Some(1));
     assert_eq!(block.read(CTRL.offset()), Some(start.with_start(false).bits()));
+    block.ask("b 1");
     assert_eq!(block.write(CTRL.offset(), 0), Some(0));
+    assert_eq!(block.read(CTRL.offset()), Some(start.with_start(false).bits()), "ctrl while busy");
+    block.ask("b 0");
 
     // An event stays until 1 is written to it; only an enabled one raises the line.
     block.write(INT_ENABLE.offset(), 0);
