@@ -2,80 +2,15 @@
 
 mod fake;
 
+use fake::fixtures::{build_job, compression, polled, trace_job, tree, wired};
 use fake::{Fake, Outcome};
-use glam::IVec3;
-use xylem_core::compress::Coordinates;
-use xylem_core::geom::Aabb;
 use xylem_core::mem::{ByteAddr, Region};
-use xylem_core::node::{Child, NodeFormat, NodeIndex, Subtree, Tree};
-use xylem_core::num::MortonWidth;
-use xylem_core::pipeline::BuildRegions;
-use xylem_core::sort::{InputFormat, RecordFormat};
-use xylem_core::traverse::Query;
+use xylem_core::node::{Child, NodeFormat, Tree};
 use xylem_driver::{
-    BuildJob, Completion, CompressJob, Compression, ConfigError, CountersError, JobError,
-    MapVersion, Micros, NoInterrupt, ProbeError, ResultError, StartError, StopError, TraceJob,
-    WaitError, Xylem,
+    Completion, CompressJob, CountersError, JobError, MapVersion, Micros, NoInterrupt, ProbeError,
+    ResultError, StartError, StopError, WaitError, Xylem,
 };
 use xylem_regs::*;
-
-type Driver<I> = Xylem<Fake, Fake, I>;
-
-fn polled(fake: &Fake) -> Driver<NoInterrupt> {
-    Xylem::probe(fake.clone(), fake.clone(), NoInterrupt).expect("a device")
-}
-
-fn wired(fake: &Fake) -> Driver<Fake> {
-    Xylem::probe(fake.clone(), fake.clone(), fake.clone()).expect("a device")
-}
-
-fn build_job() -> BuildJob {
-    BuildJob {
-        regions: BuildRegions {
-            primitives: Region::new(0x1_0000, 0x8000),
-            runs_a: Region::new(0x2_0000, 0x8000),
-            runs_b: Region::default(),
-            nodes: Region::new(0x3_0000, 0x1_0000),
-            leaf_table: Region::new(0x4_0000, 0x1000),
-        },
-        count: 1000,
-        input: InputFormat::Box32,
-        record: RecordFormat::Box32,
-        morton: MortonWidth::Bits30,
-        max_leaf_size: 4,
-        compressed: None,
-    }
-}
-
-fn tree() -> Tree {
-    let bounds = Aabb::new(IVec3::new(-5, 0, 1), IVec3::new(9, 8, 7));
-    Tree {
-        format: NodeFormat::Bvh2,
-        root: Some(Subtree { bounds, child: Child::Inner(NodeIndex(99)) }),
-        node_count: 100,
-        leaf_count: 101,
-        entry_count: 1000,
-        nodes: Region::new(0x3_0000, 0x2000),
-        leaf_table: Region::new(0x4_0000, 0x1000),
-    }
-}
-
-fn compression() -> Compression {
-    let coordinates = Coordinates::Modulo;
-    Compression { target: Region::new(0x5_0000, 0x1000), coordinates, treelet_depth: 2 }
-}
-
-fn trace_job() -> TraceJob {
-    TraceJob {
-        tree: tree(),
-        triangles: Region::new(0x6_0000, 0xa000),
-        triangle_count: 1000,
-        rays: Region::new(0x7_0000, 0x1000),
-        hits: Region::new(0x8_0000, 0x1000),
-        ray_count: 64,
-        query: Query::Any,
-    }
-}
 
 #[test]
 fn a_device_without_the_magic_number_is_not_found() {
@@ -208,7 +143,7 @@ fn a_trace_is_told_format_query_and_counts_and_tells_the_hits() {
         (format.node(), format.coords()),
         (Ok(xylem_regs::NodeFormat::Cbvh), Ok(CoordMode::Modulo))
     );
-    assert_eq!(format.query(), Ok(xylem_regs::Query::Any));
+    assert_eq!(format.query(), Ok(Query::Any));
     assert_eq!((fake.value(JOB_RAYS).value(), fake.value(JOB_ENTRIES).value()), (64, 1000));
     assert_eq!(fake.value(REGION_QUANTIZED_BASE).bits(), 0x5_0000);
     assert_eq!(fake.value(REGION_NODES_SIZE).bits(), 0);
@@ -375,143 +310,4 @@ fn counters_that_are_absent_are_not_read_as_zero() {
     let fake = Fake::new();
     fake.drive(CAP_FEATURES, CapFeatures::from_bits(0x0003_3737));
     assert_eq!(polled(&fake).counters(), Err(CountersError::Absent));
-}
-
-/// Checks that `start` refuses a job with `expected` before it writes any register.
-fn refused(
-    start: impl FnOnce(&mut Driver<NoInterrupt>) -> Result<(), StartError<std::convert::Infallible>>,
-    expected: ConfigError,
-) {
-    let fake = Fake::new();
-    assert_eq!(start(&mut polled(&fake)), Err(StartError::Config(expected)));
-    assert_eq!(fake.writes(), [], "{expected}");
-}
-
-fn refused_build(change: impl FnOnce(&mut BuildJob), expected: ConfigError) {
-    let mut job = build_job();
-    change(&mut job);
-    refused(|xylem| xylem.start_build(&job), expected);
-}
-
-fn refused_trace(change: impl FnOnce(&mut TraceJob), expected: ConfigError) {
-    let mut job = trace_job();
-    change(&mut job);
-    refused(|xylem| xylem.start_trace(&job), expected);
-}
-
-#[test]
-fn empty_jobs_are_refused() {
-    refused_build(|job| job.count = 0, ConfigError::Empty { what: "primitive list" });
-    refused_trace(|job| job.ray_count = 0, ConfigError::Empty { what: "ray list" });
-    refused_trace(|job| job.tree.root = None, ConfigError::Empty { what: "tree" });
-}
-
-#[test]
-fn bad_regions_are_refused_by_name() {
-    let region = RegionId::RunsA;
-    let (base, size) = (0x2_0000, 0x8000);
-    refused_build(|job| job.regions.runs_a.size = 0, ConfigError::ZeroSize { region });
-    refused_build(
-        |job| job.regions.runs_a.base.0 += 32,
-        ConfigError::Misaligned { region, base: base + 32, size },
-    );
-    refused_build(
-        |job| job.regions.runs_a.size += 1,
-        ConfigError::Misaligned { region, base, size: size + 1 },
-    );
-    refused_build(
-        |job| job.regions.runs_a.base.0 = 0xffff_ffc0,
-        ConfigError::BeyondAddressSpace { region },
-    );
-    refused_build(
-        |job| job.regions.runs_a.size = 31_936,
-        ConfigError::TooSmall { region, needed: 32_000, available: 31_936 },
-    );
-}
-
-#[test]
-fn a_region_may_end_where_memory_ends() {
-    let mut job = build_job();
-    job.regions.runs_a.base.0 = 0xffff_8000;
-    assert_eq!(polled(&Fake::new()).start_build(&job), Ok(()));
-}
-
-#[test]
-fn regions_may_touch_but_not_overlap() {
-    let (first, second) = (RegionId::Primitives, RegionId::RunsA);
-    let mut job = build_job();
-    job.regions.runs_a.base.0 = 0x1_8000;
-    assert_eq!(polled(&Fake::new()).start_build(&job), Ok(()));
-    for base in [0x1_7fc0, 0x1_0000, 0x0_8040] {
-        refused_build(
-            |job| job.regions.runs_a.base.0 = base,
-            ConfigError::Overlap { first, second },
-        );
-    }
-}
-
-#[test]
-fn a_second_run_region_is_asked_for_only_when_one_merge_pass_is_not_enough() {
-    let count = 8192 * 256 + 1;
-    let wide = |base: u32| Region::new(base, 0x0800_0000);
-    let mut job = build_job();
-    job.regions.primitives = wide(0);
-    job.regions.runs_a = wide(0x1000_0000);
-    job.regions.leaf_table = wide(0x2000_0000);
-    job.regions.nodes = wide(0x3000_0000);
-    job.count = count - 1;
-    assert_eq!(polled(&Fake::new()).start_build(&job), Ok(()));
-    job.count = count;
-    let region = RegionId::RunsB;
-    refused(|xylem| xylem.start_build(&job), ConfigError::ZeroSize { region });
-    job.regions.runs_b = wide(0x4000_0000);
-    assert_eq!(polled(&Fake::new()).start_build(&job), Ok(()));
-}
-
-#[test]
-fn parameters_beyond_the_capabilities_are_refused_with_the_limits() {
-    let parameter = "max_leaf_size";
-    for value in [0, 256] {
-        refused_build(
-            |job| job.max_leaf_size = value,
-            ConfigError::OutOfRange { parameter, value, min: 1, max: 255 },
-        );
-    }
-    let parameter = "treelet_depth";
-    refused_build(
-        |job| job.compressed = Some(Compression { treelet_depth: 5, ..compression() }),
-        ConfigError::OutOfRange { parameter, value: 5, min: 1, max: 4 },
-    );
-}
-
-#[test]
-fn combinations_that_make_no_sense_are_refused() {
-    refused_build(
-        |job| (job.record, job.morton) = (RecordFormat::Pair8, MortonWidth::Bits63),
-        ConfigError::PairCode,
-    );
-    let compressed = CompressJob { tree: tree(), compression: compression() }.tree();
-    let twice = CompressJob { tree: compressed, compression: compression() };
-    refused(|xylem| xylem.start_compress(&twice), ConfigError::AlreadyCompressed);
-}
-
-#[test]
-fn features_that_are_absent_are_refused() {
-    let all = 0x0013_3737;
-    let check = |absent: u32, start: &dyn Fn(&mut Driver<NoInterrupt>) -> bool| {
-        let fake = Fake::new();
-        assert!(start(&mut polled(&fake)), "{absent:#x}: starts where it is present");
-        let fake = Fake::new();
-        fake.drive(CAP_FEATURES, CapFeatures::from_bits(all & !absent));
-        assert!(!start(&mut polled(&fake)), "{absent:#x}: does not start where it is absent");
-        assert_eq!(fake.writes(), []);
-    };
-    let compress = CompressJob { tree: tree(), compression: compression() };
-    check(1, &|xylem| xylem.start_build(&build_job()).is_ok());
-    check(2, &|xylem| xylem.start_compress(&compress).is_ok());
-    check(4, &|xylem| xylem.start_trace(&trace_job()).is_ok());
-    check(1 << 4, &|xylem| xylem.start_build(&build_job()).is_ok());
-    check(1 << 8, &|xylem| xylem.start_build(&build_job()).is_ok());
-    check(1 << 12, &|xylem| xylem.start_trace(&trace_job()).is_ok());
-    check(1 << 17, &|xylem| xylem.start_compress(&compress).is_ok());
 }

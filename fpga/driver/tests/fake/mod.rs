@@ -4,6 +4,8 @@
 //! It does no work: a job takes a scripted time and ends in a scripted way.
 #![allow(dead_code)] // Each test binary uses its own part.
 
+pub mod fixtures;
+
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
