@@ -1,9 +1,9 @@
 //! Where a scene's name is looked for.
 //!
-//! In order: the path itself, `scenes/` (in the working folder, else the one of the source tree that
-//! this program was built from), then each folder of `$XYLEM_SCENES` (separated as in `$PATH`); in
-//! each, the name as it is, then with `.obj`, then with `.obj.gz`. What is no file may be the name of a
-//! [procedural](super::procedural) scene.
+//! In order: the path itself; `scenes/` (in the working folder, else in the source tree that this
+//! program was built from) with its `fetched/`; each folder of `$XYLEM_SCENES` (separated as in
+//! `$PATH`). In each: the name as it is, with `.obj`, with `.obj.gz`. What is no file may be the name of
+//! a [procedural] scene.
 
 use std::path::{Path, PathBuf};
 
@@ -29,7 +29,9 @@ pub struct Library {
 impl Library {
     /// The folders of the module's description.
     pub fn new() -> Self {
-        let mut folders = vec![PathBuf::new(), scenes_folder()];
+        let scenes = scenes_folder();
+        let fetched = scenes.join("fetched");
+        let mut folders = vec![PathBuf::new(), scenes, fetched];
         if let Some(list) = std::env::var_os("XYLEM_SCENES") {
             folders.extend(std::env::split_paths(&list).filter(|p| !p.as_os_str().is_empty()));
         }

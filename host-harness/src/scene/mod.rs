@@ -7,6 +7,7 @@
 //! - [`find`]: where a scene's name is looked for.
 //! - [`camera`], [`sampling`]: rays of a pinhole view, diffuse bounces, and rays that are hard.
 //! - [`procedural`]: scenes that are computed.
+//! - [`manifest`]: every scene with its source, licence and hash.
 //! - [`rays`]: rays and hits in scene units and their files.
 //! - [`convert`]: a scene ray as the core's fixed-point ray, and its times back.
 //! - [`error`]: what can be wrong with any of them.
@@ -26,6 +27,7 @@ pub mod convert;
 pub mod error;
 pub mod find;
 pub mod frame;
+pub mod manifest;
 pub mod mesh;
 pub mod obj;
 pub mod procedural;

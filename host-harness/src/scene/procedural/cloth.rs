@@ -7,17 +7,17 @@ use super::soup::Soup;
 /// the whole animation shares its grid.
 pub const FLAG_BOX: [[f32; 3]; 2] = [[0.0, -0.25, -0.375], [1.5, 1.25, 0.375]];
 
-/// A tablecloth: the top in y = 1, one side in x = 1, one in z = 1, and one that hangs in ripples
-/// from the edge z = 0.
+/// A tablecloth: the top in y = 1, one side in x = 1, one in z = 0, and one that hangs in ripples
+/// from the edge z = 1.
 pub(super) fn tablecloth(cells: u32) -> Soup {
     let mut soup = Soup::default();
     soup.parallelogram(cells, [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
     soup.parallelogram(cells, [1.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -0.5, 0.0]);
-    soup.parallelogram(cells, [0.0, 1.0, 1.0], [0.0, -0.5, 0.0], [1.0, 0.0, 0.0]);
+    soup.parallelogram(cells, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -0.5, 0.0]);
     soup.sheet(cells, |u, v| {
         // No ripple at the edge, full ripples at the hem.
         let ripple = 0.06 * v * wave(4.0 * u);
-        [u, 1.0 - 0.5 * v, -0.12 * v * v + ripple]
+        [1.0 - u, 1.0 - 0.5 * v, 1.0 + 0.12 * v * v + ripple]
     });
     soup
 }

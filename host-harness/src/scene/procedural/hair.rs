@@ -5,7 +5,7 @@ use super::super::vec3::{Vec3, along, cross, normalize, tangents};
 use super::soup::{Soup, UnitSphere};
 
 /// Width of a hair at its root, in radii of the ball.
-const WIDTH: f64 = 0.004;
+const WIDTH: f64 = 0.012;
 /// Length of a hair.
 const LENGTH: f64 = 0.9;
 

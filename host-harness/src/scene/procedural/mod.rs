@@ -195,6 +195,11 @@ pub fn soup(name: &str) -> Option<Result<Soup, ParameterError>> {
     Some(generator.values(arguments).map(|values| (generator.build)(&values)))
 }
 
+/// The text of the OBJ file of a procedural scene; `None` if `name` is none.
+pub fn obj_text(name: &str) -> Option<Result<String, ParameterError>> {
+    Some(soup(name)?.map(|soup| soup.to_obj(&format!("xylem procedural scene {name}"))))
+}
+
 /// The names of all procedural scenes, without parameters.
 pub fn names() -> impl Iterator<Item = String> {
     let degenerate = degenerate::CASES.iter().map(|c| format!("degenerate/{}", c.name));

@@ -12,7 +12,7 @@ pub(super) fn build(depth: u32) -> Soup {
     let mut soup = Soup::default();
     flake(&mut soup, &spheres, [0.0; 3], 1.0, [0.0, 1.0, 0.0]);
     // The floor touches the large sphere from below.
-    soup.parallelogram(16, [-2.5, -1.0, -2.5], [0.0, 0.0, 5.0], [5.0, 0.0, 0.0]);
+    soup.parallelogram(16, [-2.0, -1.0, -2.0], [0.0, 0.0, 4.0], [4.0, 0.0, 0.0]);
     soup
 }
 

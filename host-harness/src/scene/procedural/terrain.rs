@@ -13,7 +13,7 @@ pub(super) fn build(levels: u32, seed: u32) -> Soup {
         // `u` and `v` are multiples of 1 / cells, exactly.
         let at = |t: f64| (t * cells as f64) as usize;
         // Water fills the valleys, so that part of the scene is flat.
-        let height = heights[at(v) * (cells + 1) + at(u)].max(-0.05);
+        let height = heights[at(v) * (cells + 1) + at(u)].max(-0.02);
         [u, height, 1.0 - v]
     });
     soup
@@ -27,7 +27,7 @@ fn heights(cells: usize, seed: u32) -> Vec<f64> {
     for corner in [0, cells, cells * row, cells * row + cells] {
         heights[corner] = 0.1 * random.signed();
     }
-    let (mut step, mut roughness) = (cells, 0.22);
+    let (mut step, mut roughness) = (cells, 0.2);
     while step > 1 {
         let half = step / 2;
         // Squares: the centre of each from its four corners.
@@ -61,7 +61,7 @@ fn heights(cells: usize, seed: u32) -> Vec<f64> {
             }
         }
         step = half;
-        roughness *= 0.5;
+        roughness *= 0.44;
     }
     heights
 }
