@@ -1,5 +1,6 @@
 //! The slab test in fixed point.
 
+use crate::compress::{CellBox, Context};
 use crate::geom::{Aabb, Ray};
 
 /// The distances of a ray's origin to the near and far planes of a box, per axis, in mantissa
@@ -32,6 +33,30 @@ impl Slabs {
             };
             slabs.near[i] = axis.reciprocal.offset_down(near).to_bits();
             slabs.far[i] = axis.reciprocal.offset_up(far).to_bits();
+        }
+        slabs
+    }
+
+    /// The planes of the box `child`, found from those of the node that holds it: `self` are that
+    /// node's planes and `parent` is its context, on whose local grid `child` lies.
+    ///
+    /// Each plane is a step of some cells away, a multiplication of the 24-bit mantissa by a 7-bit
+    /// count. The near plane's step is rounded down, and so is the far plane's, which is counted
+    /// inward from the parent's *far* plane and subtracted: near distances only err downward and far
+    /// ones upward, however deep the tree.
+    #[inline(always)]
+    pub fn step(&self, ray: &Ray, parent: &Context, child: &CellBox) -> Self {
+        let mut slabs = *self;
+        for (i, axis) in ray.axes().iter().enumerate() {
+            // Cells from the parent's lower plane to the child's, and from the child's upper plane
+            // to the parent's.
+            let below = i32::from(child.low[i]);
+            let above = i32::from(parent.cells[i]) - below - i32::from(child.width[i]);
+            let (near, far) = if axis.negative { (above, below) } else { (below, above) };
+            let scale = u32::from(parent.scale[i]);
+            let inward = |cells| axis.reciprocal.step_down(cells, scale).to_bits();
+            slabs.near[i] = slabs.near[i].wrapping_add(inward(near));
+            slabs.far[i] = slabs.far[i].wrapping_sub(inward(far));
         }
         slabs
     }
