@@ -1,2 +1,5 @@
 //! The `xylem` command.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    xylem::cli::main()
+}

@@ -1,1 +1,86 @@
-//! The command line.
+//! The command line: thin. A command parses its options, calls the library and prints a report.
+//!
+//! What a command finds goes to standard output: text for people, or with `--json` exactly one
+//! object. Progress and errors go to standard error. Exit codes: 0 done, 1 failed, 2 wrong usage.
+
+mod build;
+mod console;
+mod error;
+mod options;
+mod output;
+mod progress;
+mod rays;
+mod scene;
+mod trace;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use console::Console;
+pub use error::CliError;
+
+/// The command line of `xylem`.
+#[derive(Debug, Parser)]
+#[command(
+    name = "xylem",
+    version,
+    about = "Grows ray-tracing trees as the hardware would, and traces rays through them",
+    after_help = "Examples:\n  \
+        xylem build bunny.obj.gz --format cbvh       build and compress one mesh\n  \
+        xylem trace bunny.obj.gz --rays my.rays --hits my.hits\n  \
+        xylem scene list                             scenes that need no file\n\n\
+        Exit codes: 0 done, 1 failed, 2 wrong usage.",
+    max_term_width = 100
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Print one JSON object on standard output and nothing else there
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Build(build::Args),
+    Trace(trace::Args),
+    Scene(scene::Args),
+}
+
+/// Runs the command line of this process and returns its exit code.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Where neither stream can be written to, the exit code is all there is to say.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+        }
+    };
+    let console = Console { json: cli.json };
+    let done = match cli.command {
+        Command::Build(args) => build::run(&args, console),
+        Command::Trace(args) => trace::run(&args, console),
+        Command::Scene(args) => scene::run(&args, console),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            console.error(&error);
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    #[test]
+    fn the_definition_of_the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

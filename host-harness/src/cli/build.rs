@@ -1,0 +1,207 @@
+//! `xylem build`.
+
+use std::str::FromStr;
+
+use clap::ValueEnum;
+use clap::builder::PossibleValuesParser;
+use xylem_core::compress::{Coordinates, compress_top_down};
+use xylem_core::error::RegionName;
+use xylem_core::mem::Region;
+use xylem_core::node::NodeFormat;
+use xylem_core::pipeline;
+use xylem_core::sort::{HeapEntry, Item, Queue, RecordFormat, SortConfig, Workspace};
+
+use super::options::{self, TreeArgs, build_failed};
+use super::{CliError, Console};
+use crate::bus::{MEMORIES, MemoryTiming};
+use crate::report::BuildReport;
+use crate::run::{BuildOptions, BuildRun};
+use crate::scene::Mesh;
+
+/// Build the tree of a scene and print what it took
+///
+/// Sorts the primitives by Morton code (external merge sort through simulated memory), emits the
+/// tree in one stream and, with --format cbvh, compresses it to 16-byte nodes. Prints the tree's
+/// size and quality, and the bytes and cycles of each stage.
+///
+/// Bytes are exact: they are what crosses the memory bus. Cycles are a model: each access takes its
+/// bytes at the memory's rate and its share of the latency; time_ms is build_cycles over the clock.
+/// host_ms is how long this machine took.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    xylem build bunny.obj.gz --format bvh2 --json\n  \
+    xylem build terrain:10 --format cbvh --coords relative --memory fast\n  \
+    xylem build sphereflake --capacity 1024 --burst 8 --record pair8\n\n\
+    JSON keys carry their unit; a quantity that was not measured is absent.")]
+pub(super) struct Args {
+    #[command(flatten)]
+    tree: TreeArgs,
+    /// What the sorter writes and reads between its passes, by its size in bytes
+    #[arg(long, value_enum, default_value_t = Record::Box32)]
+    record: Record,
+    /// M: records that the sorter's scratchpad holds; a power of two
+    #[arg(long, value_name = "M", default_value_t = SortConfig::PAPER.capacity,
+          value_parser = clap::value_parser!(u32).range(4..=1 << 20))]
+    capacity: u32,
+    /// B: records in a burst; a power of two, at most 32. M / 2B runs are merged at once
+    #[arg(long, value_name = "B", default_value_t = SortConfig::PAPER.burst,
+          value_parser = clap::value_parser!(u32).range(1..=32))]
+    burst: u32,
+    /// What computes the build: the functions themselves, without cycles of their own
+    #[arg(long, value_enum, default_value_t = Engine::Function)]
+    engine: Engine,
+    /// The memory whose time is modelled, all at 1000 MHz: ideal takes no time; slow, medium and
+    /// fast move 12.8, 25.6 and 42.7 GB/s, p3 12.8 GB/s
+    #[arg(long, default_value = "slow", value_parser = memory_names())]
+    memory: String,
+    /// Give a region no more than BYTES; repeatable. Regions: primitives, runs-a, runs-b, nodes,
+    /// leaf-table, quantized-nodes
+    #[arg(long, value_name = "NAME=BYTES")]
+    region_limit: Vec<RegionLimit>,
+}
+
+/// `--record`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Record {
+    /// 32 bytes: box and reference
+    Box32,
+    /// 22 bytes: the same, packed
+    Packed22,
+    /// 8 bytes: Morton code and reference; boxes are read again
+    Pair8,
+}
+
+/// `--engine`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Engine {
+    /// What is computed, and its memory traffic
+    Function,
+}
+
+/// `--region-limit`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct RegionLimit {
+    region: RegionName,
+    bytes: u32,
+}
+
+/// Runs the command.
+pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
+    let mut options = args.tree.build_options()?;
+    let Engine::Function = args.engine;
+    options.config.sort = SortConfig {
+        capacity: args.capacity,
+        burst: args.burst,
+        record: match args.record {
+            Record::Box32 => RecordFormat::Box32,
+            Record::Packed22 => RecordFormat::Packed22,
+            Record::Pair8 => RecordFormat::Pair8,
+        },
+    };
+    options.memory = *MemoryTiming::by_name(&args.memory).unwrap_or(&options.memory);
+    let mesh = args.tree.load()?;
+    let run = options::build(&mesh, &options)?;
+    fit_regions(&mesh, &options, &run, &args.region_limit)?;
+    let quality = run.check().map_err(|e| build_failed(&mesh, e))?;
+    let report = BuildReport::new(&mesh.name, &options, &run, &quality);
+    console.result(&report, || report.to_string())
+}
+
+/// The widest merge of [`fit_regions`], the same as that of a run.
+const MERGE_WIDTH: usize = 4096;
+
+/// The names of all memories, for the parser.
+fn memory_names() -> PossibleValuesParser {
+    PossibleValuesParser::new(MEMORIES.iter().map(|memory| memory.name))
+}
+
+impl FromStr for RegionLimit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, bytes) = text.split_once('=').ok_or("write NAME=BYTES, as nodes=65536")?;
+        let regions = [
+            RegionName::Primitives,
+            RegionName::RunsA,
+            RegionName::RunsB,
+            RegionName::Nodes,
+            RegionName::LeafTable,
+            RegionName::QuantizedNodes,
+        ];
+        let words = |region: &RegionName| region.as_str().replace(' ', "-").to_lowercase();
+        let region = regions.into_iter().find(|region| words(region) == name).ok_or_else(|| {
+            let all: Vec<String> = regions.iter().map(words).collect();
+            format!("there is no region '{name}'; there are {}", all.join(", "))
+        })?;
+        let bytes = bytes
+            .parse()
+            .map_err(|_| format!("'{bytes}' is not a number of bytes from 0 to {}", u32::MAX))?;
+        Ok(Self { region, bytes })
+    }
+}
+
+/// Repeats a build in regions no larger than the limits: only the core knows what it needs where.
+///
+/// # Errors
+/// [`CliError::Build`] naming the region that is too small.
+fn fit_regions(
+    mesh: &Mesh,
+    options: &BuildOptions,
+    run: &BuildRun,
+    limits: &[RegionLimit],
+) -> Result<(), CliError> {
+    if limits.is_empty() {
+        return Ok(());
+    }
+    let mut layout = run.layout;
+    for limit in limits {
+        let region: &mut Region = match limit.region {
+            RegionName::RunsA => &mut layout.build.runs_a,
+            RegionName::RunsB => &mut layout.build.runs_b,
+            RegionName::Nodes => &mut layout.build.nodes,
+            RegionName::LeafTable => &mut layout.build.leaf_table,
+            RegionName::QuantizedNodes => &mut layout.quantized_nodes,
+            RegionName::Primitives | RegionName::Triangles => &mut layout.build.primitives,
+        };
+        region.size = region.size.min(limit.bytes);
+    }
+    let mut items = vec![Item::ZERO; options.config.sort.capacity as usize];
+    let mut queues = Box::new(heapless::Vec::<Queue, MERGE_WIDTH>::new());
+    let mut heap = Box::new(heapless::Vec::<HeapEntry, MERGE_WIDTH>::new());
+    let mut workspace = Workspace { items: &mut items, queues: &mut *queues, heap: &mut *heap };
+    // The input is still there.
+    let mut memory = run.memory.clone();
+    let count = mesh.triangles.len() as u32;
+    let tree = pipeline::build(
+        &mut memory,
+        &options.config,
+        &layout.build,
+        count,
+        &mut workspace,
+        &mut (),
+    )
+    .map_err(|e| build_failed(mesh, e))?;
+    let coordinates = match options.format {
+        NodeFormat::Bvh2 => return Ok(()),
+        NodeFormat::QuantizedRelative => Coordinates::Relative,
+        NodeFormat::QuantizedModulo => Coordinates::Modulo,
+    };
+    compress_top_down(&mut memory, &tree, layout.quantized_nodes, coordinates, &mut ())
+        .map_err(|e| build_failed(mesh, e))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn region_limits_parse_or_say_how() {
+        let parse = |text: &str| text.parse::<RegionLimit>();
+        let expect = RegionLimit { region: RegionName::LeafTable, bytes: 64 };
+        assert_eq!(parse("leaf-table=64"), Ok(expect));
+        assert!(parse("leaf-table").unwrap_err().contains("NAME=BYTES"));
+        assert!(parse("leaves=1").unwrap_err().contains("there are primitives, runs-a"));
+        assert!(parse("nodes=-1").unwrap_err().contains("'-1' is not a number of bytes"));
+    }
+}

@@ -1,0 +1,198 @@
+//! Options that several commands share, as the words of the command line.
+
+use std::fmt;
+
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use xylem_core::node::NodeFormat;
+use xylem_core::num::{Grid, MortonWidth};
+use xylem_core::pipeline::BuildConfig;
+use xylem_core::sort::InputFormat;
+use xylem_core::traverse::Query;
+
+use super::{CliError, progress};
+use crate::run::{BuildOptions, BuildRun, RunError};
+use crate::scene::{self, LoadOptions, Mesh};
+
+/// A scene and the tree over it.
+#[derive(Debug, Clone, Args)]
+pub(super) struct TreeArgs {
+    /// OBJ file (.obj, .obj.gz), a name in scenes/ or $XYLEM_SCENES, or a computed scene (see
+    /// `xylem scene list`)
+    pub scene: String,
+    /// What the builder reads: 32-byte boxes with a reference, or 40-byte triangles
+    #[arg(long, value_enum, default_value_t = Input::Aabb)]
+    input: Input,
+    /// Nodes: bvh2 is two exact boxes in 64 bytes, cbvh two quantized ones in 16 [default: bvh2, or
+    /// cbvh if --compress or --coords is given]
+    #[arg(long, value_enum)]
+    format: Option<Format>,
+    /// How cbvh nodes are made: by a pass from the root down over the finished tree [default:
+    /// topdown]
+    #[arg(long, value_enum)]
+    compress: Option<Compress>,
+    /// What coordinates of cbvh nodes count from: the parent's corner, or the scene's modulo 2^6
+    /// [default: modulo]
+    #[arg(long, value_enum)]
+    coords: Option<Coords>,
+    /// Bits of a Morton code
+    #[arg(long, value_enum, default_value_t = Morton::Bits30)]
+    morton: Morton,
+    /// Largest leaf in primitives, 1 to 255; only primitives with equal codes share one
+    #[arg(long, value_name = "N", default_value_t = 255,
+          value_parser = clap::value_parser!(u32).range(1..=255))]
+    max_leaf: u32,
+    /// Bits of a grid coordinate, 4 to 24; the longest side of the scene box spans the grid
+    #[arg(long, value_name = "BITS", default_value_t = 24,
+          value_parser = clap::value_parser!(u8).range(4..=24))]
+    grid: u8,
+}
+
+/// `--input`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Input {
+    /// 32-byte boxes
+    Aabb,
+    /// 40-byte triangles
+    Triangle,
+}
+
+/// `--format`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// 64 bytes, two exact boxes
+    Bvh2,
+    /// 16 bytes, two quantized boxes
+    Cbvh,
+}
+
+/// `--compress`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Compress {
+    /// From the root down, over the finished tree
+    Topdown,
+}
+
+/// `--coords`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Coords {
+    /// From the parent's corner
+    Relative,
+    /// From the scene's corner, modulo 64 cells
+    Modulo,
+}
+
+/// `--morton`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Morton {
+    /// 10 bits an axis
+    #[value(name = "30")]
+    Bits30,
+    /// 21 bits an axis
+    #[value(name = "63")]
+    Bits63,
+}
+
+/// `--query`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum QueryArg {
+    /// The first triangle along the ray
+    Closest,
+    /// Whether there is any
+    Any,
+}
+
+impl From<QueryArg> for Query {
+    fn from(query: QueryArg) -> Self {
+        match query {
+            QueryArg::Closest => Self::Closest,
+            QueryArg::Any => Self::Any,
+        }
+    }
+}
+
+impl fmt::Display for QueryArg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Closest => "closest",
+            Self::Any => "any",
+        })
+    }
+}
+
+impl TreeArgs {
+    /// The tree that these options ask for, with the sorter and the memory of the default.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] if they contradict each other.
+    pub fn build_options(&self) -> Result<BuildOptions, CliError> {
+        let compressed = self.compress.is_some() || self.coords.is_some();
+        if compressed && self.format == Some(Format::Bvh2) {
+            let message = "--compress and --coords are about quantized nodes, but --format is bvh2; \
+                           use --format cbvh or leave them out";
+            return Err(CliError::Usage(message.into()));
+        }
+        let compressed = compressed || self.format == Some(Format::Cbvh);
+        let format = match (compressed, self.coords) {
+            (false, _) => NodeFormat::Bvh2,
+            (true, Some(Coords::Relative)) => NodeFormat::QuantizedRelative,
+            (true, Some(Coords::Modulo) | None) => NodeFormat::QuantizedModulo,
+        };
+        let config = BuildConfig {
+            grid: self.grid(),
+            morton: match self.morton {
+                Morton::Bits30 => MortonWidth::Bits30,
+                Morton::Bits63 => MortonWidth::Bits63,
+            },
+            input: match self.input {
+                Input::Aabb => InputFormat::Box32,
+                Input::Triangle => InputFormat::Triangle40,
+            },
+            max_leaf_size: self.max_leaf,
+            ..BuildConfig::default()
+        };
+        Ok(BuildOptions { config, format, ..BuildOptions::default() })
+    }
+
+    /// Loads the scene.
+    ///
+    /// # Errors
+    /// [`CliError::Scene`].
+    pub fn load(&self) -> Result<Mesh, CliError> {
+        load(&self.scene, self.grid())
+    }
+
+    fn grid(&self) -> Grid {
+        // The parser lets no other widths through.
+        Grid::new(self.grid).unwrap_or_default()
+    }
+}
+
+/// Loads a scene.
+///
+/// # Errors
+/// [`CliError::Scene`].
+pub(super) fn load(scene: &str, grid: Grid) -> Result<Mesh, CliError> {
+    let spinner = progress::spinner(format!("loading {scene}"));
+    let mesh = scene::load(scene, &LoadOptions { grid, frame: None })?;
+    spinner.finish_and_clear();
+    Ok(mesh)
+}
+
+/// Builds the tree of a scene.
+///
+/// # Errors
+/// [`CliError::Build`].
+pub(super) fn build(mesh: &Mesh, options: &BuildOptions) -> Result<BuildRun, CliError> {
+    let spinner =
+        progress::spinner(format!("building {} ({} triangles)", mesh.name, mesh.triangles.len()));
+    let run = crate::run::build(&mesh.triangles, options).map_err(|e| build_failed(mesh, e))?;
+    spinner.finish_and_clear();
+    Ok(run)
+}
+
+/// Names the scene whose build failed.
+pub(super) fn build_failed(mesh: &Mesh, source: impl Into<RunError>) -> CliError {
+    CliError::Build { scene: mesh.name.clone(), source: source.into() }
+}

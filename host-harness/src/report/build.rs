@@ -1,0 +1,317 @@
+//! The numbers of a build.
+
+use std::fmt;
+
+use serde::Serialize;
+use xylem_core::error::RegionName;
+use xylem_core::node::{LeafEntry, NodeFormat};
+use xylem_core::probe::Stage;
+use xylem_core::quality::Quality;
+use xylem_core::sort::InputFormat;
+
+use super::{Table, units};
+use crate::bus::Traffic;
+use crate::run::{BuildOptions, BuildRun};
+
+/// The numbers of a build, as `xylem build --json` prints them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BuildReport {
+    /// The scene.
+    pub scene: String,
+    /// The node format, as `--format` names it.
+    pub format: &'static str,
+    /// The coordinates of quantized nodes, as `--coords` names them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coords: Option<&'static str>,
+    /// The input, as `--input` names it.
+    pub input: &'static str,
+    /// The memory whose time is modelled, as `--memory` names it.
+    pub memory: &'static str,
+    /// The modelled clock in MHz.
+    pub clock_mhz: u32,
+    /// Primitives.
+    pub primitives: u64,
+    /// Leaves.
+    pub leaves: u64,
+    /// Inner nodes.
+    pub nodes: u64,
+    /// Primitives in a leaf, on average.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leaf_size_mean: Option<f64>,
+    /// Primitives in the largest leaf.
+    pub leaf_size_max: u64,
+    /// Nodes on the longest way from the root to a leaf.
+    pub depth: u64,
+    /// The SAH cost (Ci 1.2, Cl 0, Ct 1) of the boxes as they are stored; none if the root's box has
+    /// no area.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sah_cost: Option<f64>,
+    /// Bytes read from memory.
+    pub read_bytes: u64,
+    /// Bytes written to memory.
+    pub write_bytes: u64,
+    /// Bytes read and written.
+    pub total_bytes: u64,
+    /// Bytes that the nodes take.
+    pub node_bytes: u64,
+    /// Bytes that the leaf table takes.
+    pub leaf_table_bytes: u64,
+    /// Cycles of memory transfers, **modelled**; none where memory takes no time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub build_cycles: Option<u64>,
+    /// `build_cycles` at `clock_mhz`, in milliseconds: **modelled**.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_ms: Option<f64>,
+    /// How long the host took to build and compress, in milliseconds: measured.
+    pub host_ms: f64,
+    /// Traffic and cycles by stage; they add up to the totals.
+    pub stages: Vec<StageReport>,
+    /// Traffic by region; it adds up to the totals.
+    pub regions: Vec<RegionReport>,
+}
+
+/// The traffic of a stage.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct StageReport {
+    /// The stage.
+    pub stage: &'static str,
+    /// Bytes read.
+    pub read_bytes: u64,
+    /// Bytes written.
+    pub write_bytes: u64,
+    /// Bytes read and written.
+    pub bytes: u64,
+    /// Modelled cycles; none where memory takes no time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cycles: Option<u64>,
+}
+
+/// The traffic of a region.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct RegionReport {
+    /// The region.
+    pub region: &'static str,
+    /// Bytes read.
+    pub read_bytes: u64,
+    /// Bytes written.
+    pub write_bytes: u64,
+    /// Bytes read and written.
+    pub bytes: u64,
+}
+
+const STAGES: [Stage; 4] = [Stage::PartialSort, Stage::Merge, Stage::Emit, Stage::Compress];
+
+const REGIONS: [RegionName; 7] = [
+    RegionName::Primitives,
+    RegionName::RunsA,
+    RegionName::RunsB,
+    RegionName::Nodes,
+    RegionName::LeafTable,
+    RegionName::QuantizedNodes,
+    RegionName::Triangles,
+];
+
+/// What a stage is called in reports.
+pub const fn stage_name(stage: Stage) -> &'static str {
+    match stage {
+        Stage::PartialSort => "partial_sort",
+        Stage::Merge => "merge",
+        Stage::Emit => "emit",
+        Stage::Compress => "compress",
+        Stage::Trace => "trace",
+    }
+}
+
+impl BuildReport {
+    /// A format as `--format` and `--coords` name it.
+    pub const fn format_words(format: NodeFormat) -> (&'static str, Option<&'static str>) {
+        match format {
+            NodeFormat::Bvh2 => ("bvh2", None),
+            NodeFormat::QuantizedRelative => ("cbvh", Some("relative")),
+            NodeFormat::QuantizedModulo => ("cbvh", Some("modulo")),
+        }
+    }
+
+    /// Collects the numbers of a build whose tree has the given quality.
+    pub fn new(scene: &str, options: &BuildOptions, run: &BuildRun, quality: &Quality) -> Self {
+        let (tree, total) = (&run.scene.tree, run.traffic.total());
+        let timed = options.memory.deci_bytes_per_cycle > 0;
+        let build_cycles = timed.then(|| run.cycles());
+        let clock_mhz = options.memory.clock_mhz;
+        let (format, coords) = Self::format_words(tree.format);
+        Self {
+            scene: scene.to_owned(),
+            format,
+            coords,
+            input: match options.config.input {
+                InputFormat::Box32 => "aabb",
+                InputFormat::Triangle40 => "triangle",
+            },
+            memory: options.memory.name,
+            clock_mhz,
+            primitives: u64::from(tree.entry_count),
+            leaves: u64::from(tree.leaf_count),
+            nodes: u64::from(tree.node_count),
+            leaf_size_mean: units::ratio(tree.entry_count.into(), tree.leaf_count.into()),
+            leaf_size_max: u64::from(quality.largest_leaf),
+            depth: u64::from(quality.depth),
+            sah_cost: (quality.root_area > 0).then(|| quality.sah_cost().to_num()),
+            read_bytes: total.read_bytes,
+            write_bytes: total.write_bytes,
+            total_bytes: total.bytes(),
+            node_bytes: u64::from(tree.node_count) * u64::from(tree.format.bytes()),
+            leaf_table_bytes: u64::from(tree.entry_count) * LeafEntry::BYTES as u64,
+            build_cycles,
+            time_ms: build_cycles.map(|cycles| cycles as f64 / (f64::from(clock_mhz) * 1e3)),
+            host_ms: units::milliseconds(run.host_time),
+            stages: stages(&run.traffic, timed),
+            regions: regions(&run.traffic),
+        }
+    }
+
+    /// Traffic by stage.
+    pub fn stage_table(&self) -> Table {
+        let mut table = Table::new(["traffic by stage", "read", "written", "total", "cycles*"]);
+        let cycles = |cycles: Option<u64>| cycles.map_or("n/a".into(), units::count);
+        for s in &self.stages {
+            let bytes = [s.read_bytes, s.write_bytes, s.bytes].map(units::bytes);
+            let name = s.stage.replace('_', " ");
+            table.row([name].into_iter().chain(bytes).chain([cycles(s.cycles)]));
+        }
+        let total = [self.read_bytes, self.write_bytes, self.total_bytes].map(units::bytes);
+        let ends = ["all".to_owned()].into_iter().chain(total).chain([cycles(self.build_cycles)]);
+        table.row(ends);
+        table
+    }
+
+    /// Traffic by region.
+    pub fn region_table(&self) -> Table {
+        let mut table = Table::new(["traffic by region", "read", "written", "total"]);
+        for r in &self.regions {
+            let bytes = [r.read_bytes, r.write_bytes, r.bytes].map(units::bytes);
+            table.row([r.region.to_owned()].into_iter().chain(bytes));
+        }
+        table
+    }
+
+    /// What the starred columns are.
+    pub fn footnote(&self) -> String {
+        match self.time_ms {
+            Some(ms) => format!(
+                "  * modelled: memory `{}` at {} MHz, transfers and shared latency only; {ms:.3} ms \
+                 in all",
+                self.memory, self.clock_mhz
+            ),
+            None => format!("  * not modelled: memory `{}` takes no time", self.memory),
+        }
+    }
+}
+
+impl fmt::Display for BuildReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let optional = |n: Option<f64>| n.map_or("n/a".into(), |n| format!("{n:.2}"));
+        let coords = self.coords.map_or(String::new(), |c| format!(", {c} coordinates"));
+        writeln!(f, "{}: {}{coords}, input {}", self.scene, self.format, self.input)?;
+        writeln!(
+            f,
+            "  {} primitives in {} leaves ({} mean, {} largest), {} nodes, depth {}",
+            units::count(self.primitives),
+            units::count(self.leaves),
+            optional(self.leaf_size_mean),
+            self.leaf_size_max,
+            units::count(self.nodes),
+            self.depth
+        )?;
+        writeln!(
+            f,
+            "  SAH cost {}; nodes take {}, the leaf table {}",
+            optional(self.sah_cost),
+            units::bytes(self.node_bytes),
+            units::bytes(self.leaf_table_bytes)
+        )?;
+        writeln!(f, "\n{}\n{}", self.stage_table(), self.region_table())?;
+        writeln!(f, "{}", self.footnote())?;
+        write!(f, "  host: built in {:.1} ms (measured, one thread)", self.host_ms)
+    }
+}
+
+/// Traffic by stage, with whole cycles that add up to the rounded total.
+fn stages(traffic: &Traffic, timed: bool) -> Vec<StageReport> {
+    let mut stages = Vec::new();
+    let mut millicycles = 0u64;
+    for stage in STAGES {
+        let tally = traffic.stage(stage);
+        if tally.reads + tally.writes == 0 {
+            continue;
+        }
+        // Rounding the running sum, not each part, keeps the sum of the parts the whole.
+        let before = millicycles.div_ceil(1000);
+        millicycles += tally.millicycles;
+        stages.push(StageReport {
+            stage: stage_name(stage),
+            read_bytes: tally.read_bytes,
+            write_bytes: tally.write_bytes,
+            bytes: tally.bytes(),
+            cycles: timed.then(|| millicycles.div_ceil(1000) - before),
+        });
+    }
+    stages
+}
+
+fn regions(traffic: &Traffic) -> Vec<RegionReport> {
+    let used = REGIONS.map(|region| (region, traffic.region(region)));
+    used.into_iter()
+        .filter(|(_, tally)| tally.reads + tally.writes > 0)
+        .map(|(region, tally)| RegionReport {
+            region: region.as_str(),
+            read_bytes: tally.read_bytes,
+            write_bytes: tally.write_bytes,
+            bytes: tally.bytes(),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bus::{MEMORIES, MemoryTiming};
+    use crate::scene::{LoadOptions, load};
+
+    fn report(scene: &str, options: &BuildOptions) -> BuildReport {
+        let mesh = load(scene, &LoadOptions::default()).unwrap();
+        let run = crate::run::build(&mesh.triangles, options).unwrap();
+        let quality = run.check().unwrap();
+        BuildReport::new(scene, options, &run, &quality)
+    }
+
+    #[test]
+    fn stages_and_regions_add_up_to_the_totals_on_every_memory() {
+        for memory in MEMORIES {
+            let format = NodeFormat::QuantizedModulo;
+            let options = BuildOptions { memory, format, ..BuildOptions::default() };
+            let report = report("terrain:6", &options);
+            let sum = |bytes: fn(&StageReport) -> u64| report.stages.iter().map(bytes).sum::<u64>();
+            assert_eq!(sum(|s| s.read_bytes), report.read_bytes);
+            assert_eq!(sum(|s| s.write_bytes), report.write_bytes);
+            assert_eq!(sum(|s| s.bytes), report.total_bytes);
+            assert_eq!(report.regions.iter().map(|r| r.bytes).sum::<u64>(), report.total_bytes);
+            let cycles: Option<u64> = report.stages.iter().map(|s| s.cycles).sum();
+            assert_eq!(cycles, report.build_cycles, "{}", memory.name);
+            assert_eq!(report.stages.len(), 4);
+        }
+    }
+
+    #[test]
+    fn what_was_not_measured_is_absent() {
+        let ideal = *MemoryTiming::by_name("ideal").unwrap();
+        let options = BuildOptions { memory: ideal, ..BuildOptions::default() };
+        let json = serde_json::to_value(report("degenerate/empty", &options)).unwrap();
+        let absent =
+            ["build_cycles", "time_ms", "leaf_size_mean", "sah_cost", "coords", "backtracks"];
+        for key in absent {
+            assert!(json.get(key).is_none(), "{key}: {json}");
+        }
+        assert_eq!(json["primitives"], 0);
+        assert_eq!(json["format"], "bvh2");
+    }
+}
