@@ -66,27 +66,24 @@ impl Context {
     pub fn decode(&self, child: &QuantizedChild, coordinates: Coordinates) -> Option<CellBox> {
         let mask = (MAX_CELLS - 1) as u8;
         let mut cell_box = CellBox { low: [0; 3], width: [0; 3] };
+        let mut inside = true;
         for axis in 0..3 {
             let (low, high) = (child.low[axis], child.high[axis]);
             let (r, width) = match coordinates {
                 Coordinates::Relative => {
-                    if high < low {
-                        return None;
-                    }
-                    (low, high - low + 1)
+                    inside &= low <= high;
+                    (low, high.wrapping_sub(low).wrapping_add(1))
                 }
                 Coordinates::Modulo => (
                     low.wrapping_sub(self.low[axis]) & mask,
                     (high.wrapping_sub(low).wrapping_sub(1) & mask) + 1,
                 ),
             };
-            if r + width > self.cells[axis] {
-                return None;
-            }
+            inside &= r.wrapping_add(width) <= self.cells[axis];
             cell_box.low[axis] = r;
             cell_box.width[axis] = width;
         }
-        Some(cell_box)
+        inside.then_some(cell_box)
     }
 
     /// The context of a child whose decoded box is `child`.

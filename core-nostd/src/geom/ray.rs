@@ -19,6 +19,7 @@ pub struct Ray {
     t_min: i64,
     t_max: i64,
     axes: [Axis; 3],
+    axis_parallel: bool,
 }
 
 /// One axis of a ray as a box test wants it.
@@ -103,7 +104,9 @@ impl Ray {
             zero: direction[i] == 0,
             reciprocal: Reciprocal::new(direction[i]),
         });
-        Ok(Self { origin, direction, t_min: t_min.to_bits(), t_max: t_max.to_bits(), axes })
+        let (t_min, t_max) = (t_min.to_bits(), t_max.to_bits());
+        let axis_parallel = axes.iter().any(|axis| axis.zero);
+        Ok(Self { origin, direction, t_min, t_max, axes, axis_parallel })
     }
 
     /// The origin, in grid units.
@@ -130,6 +133,12 @@ impl Ray {
     #[inline]
     pub const fn axes(&self) -> &[Axis; 3] {
         &self.axes
+    }
+
+    /// Whether the ray does not move along some axis.
+    #[inline]
+    pub const fn is_axis_parallel(&self) -> bool {
+        self.axis_parallel
     }
 
     /// The record of this ray.

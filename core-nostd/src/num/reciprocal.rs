@@ -34,8 +34,8 @@ pub type Time = FixedI64<U6>;
 pub struct Reciprocal {
     /// Mantissa rounded down.
     down: u32,
-    /// Mantissa rounded up.
-    up: u32,
+    /// All ones if the mantissa is not exact, so that rounded up it is one more; else 0.
+    inexact: i32,
     /// `31 - k`, from 1 to 31.
     shift: u32,
 }
@@ -43,7 +43,7 @@ pub struct Reciprocal {
 impl Reciprocal {
     /// The reciprocal that leaves distances as they are: `m = 1`, shift 0. It stands in for a
     /// direction component of zero, where a plane is never crossed and only its side counts.
-    pub const UNIT: Self = Self { down: 1 << 24, up: 1 << 24, shift: 0 };
+    pub const UNIT: Self = Self { down: 1 << 24, inexact: 0, shift: 0 };
 
     /// The reciprocal of `|component| · 2⁻³⁰`, or [`Self::UNIT`] for zero.
     ///
@@ -59,7 +59,7 @@ impl Reciprocal {
         let scaled = 1u64 << (23 + k);
         let down = (scaled / u64::from(magnitude)) as u32;
         let exact = scaled.is_multiple_of(u64::from(magnitude));
-        Self { down, up: down + u32::from(!exact), shift: 31 - k }
+        Self { down, inexact: -i32::from(!exact), shift: 31 - k }
     }
 
     /// The mantissa rounded down, in [1/2, 1].
@@ -75,17 +75,21 @@ impl Reciprocal {
     }
 
     /// `distance · m`, rounded down. `distance` is in units of 2⁻⁶ and fits 33 bits.
+    ///
+    /// The lower bound of a product takes the mantissa rounded up where the distance is negative,
+    /// which adds the distance once more.
     #[inline]
     pub const fn offset_down(&self, distance: i64) -> PlaneOffset {
-        let m = if distance < 0 { self.up } else { self.down };
-        PlaneOffset::from_bits(((distance * m as i64) >> 24) as i32)
+        let more = distance & (distance >> 63) & self.inexact as i64;
+        PlaneOffset::from_bits(((distance * self.down as i64 + more) >> 24) as i32)
     }
 
     /// `distance · m`, rounded up. `distance` is in units of 2⁻⁶ and fits 33 bits.
     #[inline]
     pub const fn offset_up(&self, distance: i64) -> PlaneOffset {
-        let m = if distance < 0 { self.down } else { self.up };
-        PlaneOffset::from_bits((-((-distance * m as i64) >> 24)) as i32)
+        let more = distance & !(distance >> 63) & self.inexact as i64;
+        let product = distance * self.down as i64 + more;
+        PlaneOffset::from_bits(((product + 0xff_ffff) >> 24) as i32)
     }
 
     /// `cells · 2^scale · m` grid units, rounded down, for `cells >= 0`: the step between two
@@ -123,11 +127,12 @@ mod tests {
         for d in components() {
             let r = Reciprocal::new(d);
             let k = 31 - r.shift();
-            assert!(r.down >= 1 << 23 && r.up <= 1 << 24, "{d}");
+            let up = r.down.wrapping_sub(r.inexact as u32);
+            assert!(r.down >= 1 << 23 && up <= 1 << 24, "{d}");
             // down <= 2^(k-1+24) / d <= up
             let scaled = 1u128 << (23 + k);
             assert!(
-                u128::from(r.down) * d as u128 <= scaled && scaled <= u128::from(r.up) * d as u128
+                u128::from(r.down) * d as u128 <= scaled && scaled <= u128::from(up) * d as u128
             );
             assert_eq!(r, Reciprocal::new(-d));
         }

@@ -17,6 +17,12 @@ pub struct HeapEntry {
 impl HeapEntry {
     /// A code above every Morton code.
     pub const INFINITE: u64 = u64::MAX;
+
+    /// The entry as one number in the same order.
+    #[inline]
+    const fn key(&self) -> u128 {
+        (self.code as u128) << 32 | self.slot as u128
+    }
 }
 
 /// A binary min-heap with the two operations of P2 §5.2: insert, and replace of the top.
@@ -68,16 +74,18 @@ impl<'a> ReplaceHeap<'a> {
         if entries.is_empty() {
             return;
         }
+        let key = entry.key();
         let mut hole = 0;
         loop {
             let left = 2 * hole + 1;
-            let Some(&first) = entries.get(left) else { break };
-            let second = entries.get(left + 1).copied();
-            let (child, lower) = match second {
-                Some(second) if second < first => (left + 1, second),
-                _ => (left, first),
+            let child = match entries.get(left..left + 2) {
+                // Added, not branched on: which child is lower cannot be predicted.
+                Some([first, second]) => left + usize::from(second.key() < first.key()),
+                _ if left < entries.len() => left,
+                _ => break,
             };
-            if entry <= lower {
+            let lower = entries[child];
+            if key <= lower.key() {
                 break;
             }
             entries[hole] = lower;

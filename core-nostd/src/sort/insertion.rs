@@ -1,26 +1,36 @@
 //! The insertion sorter that orders one block while it is being read.
 
-use super::Item;
+use super::{Item, MAX_BURST};
 use crate::probe::Probe;
 
-/// Sorts a block by code; equal codes keep their order.
+/// The longest block: two bursts.
+const MAX_BLOCK: usize = 2 * MAX_BURST;
+
+/// Sorts a block of at most two of the longest bursts by code; equal codes keep their order.
 ///
 /// This is the pre-sorter of P2 §5.5, which does one compare-and-swap a cycle; the probe is told of
-/// each.
+/// each. Codes move through the sort with their places, and the records move once at the end.
 pub fn insertion_sort<P: Probe>(block: &mut [Item], probe: &mut P) {
-    for end in 1..block.len() {
-        let item = block[end];
+    let mut order = [(0u64, 0u8); MAX_BLOCK];
+    let len = block.len().min(MAX_BLOCK);
+    for end in 0..len {
+        let code = block[end].code;
         let mut hole = end;
         while hole > 0 {
             probe.compare_swap();
-            if block[hole - 1].code <= item.code {
+            if order[hole - 1].0 <= code {
                 break;
             }
-            block[hole] = block[hole - 1];
+            order[hole] = order[hole - 1];
             hole -= 1;
         }
-        block[hole] = item;
+        order[hole] = (code, end as u8);
     }
+    let mut sorted = [Item::ZERO; MAX_BLOCK];
+    for (to, (_, from)) in sorted.iter_mut().zip(&order[..len]) {
+        *to = block[usize::from(*from)];
+    }
+    block[..len].copy_from_slice(&sorted[..len]);
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Traversal of 64-byte nodes.
 
-use super::search::{ChildTest, Traversable};
+use super::search::{Pending, Traversable};
 use super::slab::Slabs;
 use crate::geom::Ray;
 use crate::node::{Bvh2Node, Bvh2View, Subtree};
@@ -18,13 +18,20 @@ impl Traversable for Exact {
         Some((Slabs::new(ray, &root.bounds), ()))
     }
 
-    #[inline]
-    fn children(ray: &Ray, bytes: &Self::Bytes, (): &(), t_max: i64) -> Option<[ChildTest<()>; 2]> {
+    #[inline(always)]
+    fn children(
+        ray: &Ray,
+        bytes: &Self::Bytes,
+        (): &(),
+        t_max: i64,
+    ) -> Option<[Option<Pending<()>>; 2]> {
         let view = Bvh2View::new(bytes);
         let test = |i| {
             let slabs = Slabs::new(ray, &view.bounds(i));
-            let entry = slabs.entry(ray, ray.t_min().to_bits(), t_max);
-            Some(ChildTest { child: view.child(i)?, entry, context: () })
+            let Some(entry) = slabs.entry(ray, ray.t_min().to_bits(), t_max) else {
+                return Some(None);
+            };
+            Some(Some(Pending { child: view.child(i)?, entry, context: () }))
         };
         Some([test(0)?, test(1)?])
     }

@@ -55,13 +55,14 @@ pub fn trace<B: Bus, P: Probe>(
     query: Query,
     probe: &mut P,
 ) -> Result<Option<Hit>, TraceError<B::Error>> {
+    use search::search;
     match scene.tree.format {
-        NodeFormat::Bvh2 => search::search::<bvh2::Exact, B, P>(bus, scene, ray, query, probe),
+        NodeFormat::Bvh2 => search::<bvh2::Exact, B, P>(bus, scene, ray, query, probe),
         NodeFormat::QuantizedRelative => {
-            search::search::<quantized::Relative, B, P>(bus, scene, ray, query, probe)
+            search::<quantized::Quantized<false>, B, P>(bus, scene, ray, query, probe)
         }
         NodeFormat::QuantizedModulo => {
-            search::search::<quantized::Modulo, B, P>(bus, scene, ray, query, probe)
+            search::<quantized::Quantized<true>, B, P>(bus, scene, ray, query, probe)
         }
     }
 }

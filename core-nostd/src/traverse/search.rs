@@ -24,31 +24,23 @@ pub(super) trait Traversable {
     /// The planes and the context of the root, or `None` if its box is off the grid.
     fn root(ray: &Ray, root: &Subtree) -> Option<(Slabs, Self::Context)>;
 
-    /// Tests the ray against both children, within `t <= t_max`, or gives `None` if the node is
+    /// The children whose boxes the ray passes, within `t <= t_max`, or `None` if the node is
     /// corrupt.
     fn children(
         ray: &Ray,
         bytes: &Self::Bytes,
         context: &Self::Context,
         t_max: i64,
-    ) -> Option<[ChildTest<Self::Context>; 2]>;
-}
-
-/// The outcome of one box test.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ChildTest<C> {
-    pub child: Child,
-    /// When the ray enters the box, rounded down, in units of 2⁻⁶; `None` if it misses it.
-    pub entry: Option<i64>,
-    pub context: C,
+    ) -> Option<[Option<Pending<Self::Context>>; 2]>;
 }
 
 /// A subtree that is still to be searched.
 #[derive(Clone, Copy, Debug)]
-struct Pending<C> {
-    child: Child,
-    entry: i64,
-    context: C,
+pub(super) struct Pending<C> {
+    pub child: Child,
+    /// When the ray enters its box, rounded down, in units of 2⁻⁶.
+    pub entry: i64,
+    pub context: C,
 }
 
 /// The best hit so far.
@@ -115,24 +107,15 @@ pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
                     probe.node_fetch(addr, stride);
                     probe.box_test();
                     probe.box_test();
-                    let tests = F::children(ray, &bytes, &context, best.t_max);
-                    let [a, b] = tests.ok_or(corrupt)?;
-                    let pending = |test: ChildTest<F::Context>, entry| Pending {
-                        child: test.child,
-                        entry,
-                        context: test.context,
-                    };
-                    next = match (a.entry, b.entry) {
-                        (Some(enter_a), Some(enter_b)) => {
-                            let (a, b) = (pending(a, enter_a), pending(b, enter_b));
-                            let (near, far) = if enter_a <= enter_b { (a, b) } else { (b, a) };
+                    let children = F::children(ray, &bytes, &context, best.t_max);
+                    next = match children.ok_or(corrupt)? {
+                        [Some(a), Some(b)] => {
+                            let (near, far) = if a.entry <= b.entry { (a, b) } else { (b, a) };
                             stack.push(far).map_err(|_| corrupt)?;
                             probe.stack_push(stack.len());
                             Some(near)
                         }
-                        (Some(enter), None) => Some(pending(a, enter)),
-                        (None, Some(enter)) => Some(pending(b, enter)),
-                        (None, None) => None,
+                        [one, None] | [None, one] => one,
                     };
                 }
             }

@@ -26,13 +26,13 @@ impl Slabs {
         let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
         let mut slabs = Self { near: [0; 3], far: [0; 3] };
         for (i, axis) in ray.axes().iter().enumerate() {
-            let to = |plane: i32| (i64::from(plane) << 6) - i64::from(axis.origin);
-            let (near, far) = match axis.negative {
-                false => (to(min[i]), to(max[i])),
-                true => (-to(max[i]), -to(min[i])),
-            };
-            slabs.near[i] = axis.reciprocal.offset_down(near).to_bits();
-            slabs.far[i] = axis.reciprocal.offset_up(far).to_bits();
+            // The planes change places and their distances sign with the direction, without a branch.
+            let flip = -i64::from(axis.negative);
+            let swap = (min[i] ^ max[i]) & flip as i32;
+            let (near, far) = (min[i] ^ swap, max[i] ^ swap);
+            let to = |plane: i32| ((i64::from(plane) << 6) - i64::from(axis.origin) ^ flip) - flip;
+            slabs.near[i] = axis.reciprocal.offset_down(to(near)).to_bits();
+            slabs.far[i] = axis.reciprocal.offset_up(to(far)).to_bits();
         }
         slabs
     }
@@ -52,7 +52,9 @@ impl Slabs {
             // to the parent's.
             let below = i32::from(child.low[i]);
             let above = i32::from(parent.cells[i]) - below - i32::from(child.width[i]);
-            let (near, far) = if axis.negative { (above, below) } else { (below, above) };
+            // Exchanged if the ray comes from above, without a branch.
+            let flip = (below ^ above) & -i32::from(axis.negative);
+            let (near, far) = (below ^ flip, above ^ flip);
             let scale = u32::from(parent.scale[i]);
             let inward = |cells| axis.reciprocal.step_down(cells, scale).to_bits();
             slabs.near[i] = slabs.near[i].wrapping_add(inward(near));
@@ -66,10 +68,23 @@ impl Slabs {
     ///
     /// On an axis that the ray does not move along, the origin must lie between the planes, which
     /// is decided exactly.
-    #[inline]
+    #[inline(always)]
     pub fn entry(&self, ray: &Ray, t_min: i64, t_max: i64) -> Option<i64> {
-        let mut enter = BEFORE;
-        let mut leave = AFTER;
+        let (enter, leave) = if ray.is_axis_parallel() {
+            self.parallel_interval(ray)
+        } else {
+            let shift = ray.axes().each_ref().map(|axis| axis.reciprocal.shift());
+            let near = |i: usize| i64::from(self.near[i]) << shift[i];
+            let far = |i: usize| i64::from(self.far[i]) << shift[i];
+            (near(0).max(near(1)).max(near(2)), far(0).min(far(1)).min(far(2)))
+        };
+        (enter <= leave && leave > t_min && enter <= t_max).then_some(enter)
+    }
+
+    /// When a ray with a direction component of zero enters and leaves.
+    #[cold]
+    fn parallel_interval(&self, ray: &Ray) -> (i64, i64) {
+        let (mut enter, mut leave) = (BEFORE, AFTER);
         for (i, axis) in ray.axes().iter().enumerate() {
             let (near, far) = (i64::from(self.near[i]), i64::from(self.far[i]));
             let (near, far) = if axis.zero {
@@ -81,7 +96,7 @@ impl Slabs {
             enter = enter.max(near);
             leave = leave.min(far);
         }
-        (enter <= leave && leave > t_min && enter <= t_max).then_some(enter)
+        (enter, leave)
     }
 }
 
