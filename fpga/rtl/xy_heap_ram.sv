@@ -59,10 +59,8 @@ module xy_heap_ram #(
   // The last write. Needs no valid flag: a position counts only once it has been written since the
   // last clear, and then what is held for it is of that write or a later one.
   logic                  write_q;
-  logic [Level-1:0]      held_pos_d, held_pos_q;
+  logic [Level-1:0]      held_pos_q;
   logic [EntryWidth-1:0] held_entry_q;
-
-  assign held_pos_d = write_i ? pos_i : held_pos_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) write_q <= 1'b0;
@@ -70,16 +68,21 @@ module xy_heap_ram #(
   end
 
   always_ff @(posedge clk_i) begin
-    held_pos_q <= held_pos_d;
-    if (write_i) held_entry_q <= entry_i;
+    if (write_i) begin
+      held_pos_q   <= pos_i;
+      held_entry_q <= entry_i;
+    end
   end
 
+  // The four banks at the row: what memory or vacancy says, and whether the entry that will be held
+  // in the next cycle is to stand in for it. All this is early; which pair is wanted comes late.
   logic [3:0][EntryWidth-1:0] bank_data;
-  logic [3:0]                 bank_vacant, bank_held;
+  logic [3:0]                 bank_held;
 
   for (genvar b = 0; b < 4; b++) begin : gen_bank
     localparam logic [1:0] Bank = 2'(b);
-    logic [EntryWidth-1:0] read_data;
+    logic [EntryWidth-1:0] read_data, known_data;
+    logic                  vacant, written;
 
     // One memory a bank, so that a bank that is not written cannot collide.
     xy_ram #(
@@ -96,14 +99,15 @@ module xy_heap_ram #(
     );
 
     if (Block) begin : gen_collision
-      assign bank_data[b] = (held_pos_q == {Bank, row_i}) ? held_entry_q : read_data;
+      assign known_data = (held_pos_q == {Bank, row_i}) ? held_entry_q : read_data;
     end else begin : gen_no_collision
-      assign bank_data[b] = read_data;
+      assign known_data = read_data;
     end
 
-    // As of the next cycle.
-    assign bank_held[b]   = held_pos_d == {Bank, row_i};
-    assign bank_vacant[b] = ({1'b0, Bank, row_i} >= fill_q) && !(write_i && bank_held[b]);
+    assign vacant       = {1'b0, Bank, row_i} >= fill_q;
+    assign written      = write_i && (pos_i == {Bank, row_i});
+    assign bank_data[b] = vacant ? '1 : known_data;
+    assign bank_held[b] = written || (!write_i && !vacant && (held_pos_q == {Bank, row_i}));
   end
 
   if (!Block) begin : gen_unused
@@ -111,28 +115,18 @@ module xy_heap_ram #(
     assign unused_block_only = ^row_next_i;
   end
 
-  // The children as the memory knows them, and what is to be put in front of them.
   logic [EntryWidth-1:0] left_q, right_q;
-  logic left_vacant_q, right_vacant_q;
   logic left_held_q, right_held_q;
 
   always_ff @(posedge clk_i) begin
-    left_q         <= pair_i ? bank_data[1] : bank_data[0];
-    right_q        <= pair_i ? bank_data[3] : bank_data[2];
-    left_vacant_q  <= pair_i ? bank_vacant[1] : bank_vacant[0];
-    right_vacant_q <= pair_i ? bank_vacant[3] : bank_vacant[2];
-    left_held_q    <= pair_i ? bank_held[1] : bank_held[0];
-    right_held_q   <= pair_i ? bank_held[3] : bank_held[2];
+    left_q       <= pair_i ? bank_data[1] : bank_data[0];
+    right_q      <= pair_i ? bank_data[3] : bank_data[2];
+    left_held_q  <= pair_i ? bank_held[1] : bank_held[0];
+    right_held_q <= pair_i ? bank_held[3] : bank_held[2];
   end
 
-  always_comb begin
-    left_o  = left_q;
-    right_o = right_q;
-    if (left_held_q) left_o = held_entry_q;
-    if (right_held_q) right_o = held_entry_q;
-    if (left_vacant_q) left_o = '1;
-    if (right_vacant_q) right_o = '1;
-  end
+  assign left_o  = left_held_q ? held_entry_q : left_q;
+  assign right_o = right_held_q ? held_entry_q : right_q;
 
 `ifndef SYNTHESIS
   initial begin
