@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use glam::IVec3;
+use object::{Object as _, ObjectSegment as _, ObjectSymbol as _};
 use xylem::soc::{
     self, Engine, OUTPUTS, Options, Outcome, Report, STAGES, SceneBlob, SocError, firmware_elf,
     run_on_host,
@@ -155,6 +156,11 @@ fn agrees_with_the_host(test: &str, engine: Engine) {
         assert!(report.cycles.iter().sum::<u64>() > 0, "{name} on {engine}: no cycles counted");
         assert!(!outcome.log.is_empty(), "{name} on {engine}: nothing logged");
         print_cycles(name, &outcome);
+        if engine == Engine::PicoRv32 {
+            // The simulator's costs are a model of this core, and an exact one.
+            let model = soc::run(Engine::Sim, &elf, &scene, &Options::default()).expect("a run");
+            assert_eq!(model.report.cycles, report.cycles, "{name}: cycles by stage");
+        }
     }
 }
 
@@ -191,8 +197,9 @@ fn qemu_gives_the_host_s_digests() {
 }
 
 #[test]
-fn the_rtl_of_picorv32_gives_the_host_s_digests() {
-    agrees_with_the_host("the_rtl_of_picorv32_gives_the_host_s_digests", Engine::PicoRv32);
+fn the_rtl_of_picorv32_gives_the_host_s_digests_and_the_simulator_s_cycles() {
+    let test = "the_rtl_of_picorv32_gives_the_host_s_digests_and_the_simulator_s_cycles";
+    agrees_with_the_host(test, Engine::PicoRv32);
 }
 
 #[test]
@@ -242,6 +249,49 @@ fn a_job_that_fails_says_why_in_the_log() {
         assert!(matches!(error, SocError::Failed { code: 1, .. }), "{engine}: {error}");
         assert!(error.to_string().contains("WorkSpace"), "{engine}: {error}");
     }
+}
+
+#[test]
+fn a_program_that_crashes_is_told_apart_from_one_that_fails() {
+    let test = "a_program_that_crashes_is_told_apart_from_one_that_fails";
+    let Some(elf) = firmware(test) else { return };
+    // No instruction is all zeros; put that where compression starts.
+    let mut bytes = std::fs::read(elf).unwrap();
+    let at = file_offset(&bytes, "compress_top_down");
+    bytes[at..at + 4].fill(0);
+    let folder = tempfile::tempdir().unwrap();
+    let broken = folder.path().join("broken");
+    std::fs::write(&broken, bytes).unwrap();
+    for engine in Engine::ALL {
+        if or_skip(test, engine.check()).is_none() {
+            continue;
+        }
+        let scene = &scenes()[0].1;
+        let error = soc::run(engine, &broken, scene, &Options::default()).unwrap_err();
+        match engine {
+            // The program catches the exception itself where the core lets it.
+            Engine::Qemu => {
+                assert!(matches!(error, SocError::Failed { code: 3, .. }), "{error}");
+                assert!(error.to_string().contains("trap: cause 2 at 0x8000"), "{error}");
+            }
+            Engine::Sim | Engine::PicoRv32 => {
+                assert!(matches!(error, SocError::Crash { .. }), "{engine}: {error}");
+                assert!(error.to_string().contains("0x8000"), "{engine}: {error}");
+            }
+        }
+        assert!(error.log()[0].text.contains("xylem firmware"), "{engine}: {error}");
+    }
+}
+
+/// Where in an ELF file the code of a function is whose symbol contains `name`.
+fn file_offset(elf: &[u8], name: &str) -> usize {
+    let file = object::File::parse(elf).unwrap();
+    let is_code = |s: &object::Symbol| s.name().is_ok_and(|n| n.contains(name)) && s.size() > 0;
+    let symbol = file.symbols().find(is_code).unwrap_or_else(|| panic!("no function {name}"));
+    let holds =
+        |s: &object::Segment| (s.address()..s.address() + s.size()).contains(&symbol.address());
+    let segment = file.segments().find(holds).unwrap();
+    (segment.file_range().0 + symbol.address() - segment.address()) as usize
 }
 
 #[test]

@@ -8,7 +8,7 @@ use xylem_core::mem::{Bus, ByteAddr, Region};
 use xylem_firmware::map::{EXTERNAL, LOCAL, POWER_OFF, UART, UART_READY, UART_STATUS};
 
 use super::host::external_memory;
-use super::{Costs, End, Image, Options, Ran, SocError, power_off};
+use super::{Costs, End, Image, Options, Ran, SocError, Step, power_off};
 use crate::bus::{FlatMemory, MemoryError, MemoryTiming, Tally};
 
 /// Runs a program until it powers off, crashes or exceeds the limits.
@@ -35,11 +35,15 @@ pub(super) fn run(
     let start = Instant::now();
     let end = loop {
         let pc = state.pc;
+        let bytes = space.instruction_bytes(pc);
+        clock.cycles += u64::from(costs.fetch(pc, bytes));
         let waited = space.external.tally.millicycles;
         match Interp::new(&mut state, &mut space, &mut clock).step() {
             Ok(op) => {
                 let wait = (space.external.tally.millicycles - waited).div_ceil(1000);
-                clock.cycles += u64::from(costs.of(&op, pc, state.pc)) + wait;
+                let following_bytes = space.instruction_bytes(pc.wrapping_add(bytes));
+                let step = Step { op, pc, bytes, following_bytes, next: state.pc };
+                clock.cycles += u64::from(costs.of(&step)) + wait;
             }
             Err((error, op)) => break End::Crash(crash(error, op, pc, space.refused)),
         }
@@ -186,6 +190,13 @@ impl Memory for Space {
 }
 
 impl Space {
+    /// The length of the instruction at `pc`: its lowest bits say.
+    #[inline]
+    fn instruction_bytes(&self, pc: u32) -> u32 {
+        let byte = self.local.get(pc.wrapping_sub(LOCAL.base.0) as usize).copied().unwrap_or(0);
+        if byte & 3 == 3 { 4 } else { 2 }
+    }
+
     /// Accesses whatever is not local memory; false if nothing is there.
     fn device<T: Copy>(&mut self, addr: u32, size: usize, access: MemoryAccess<T>) -> bool {
         let mut word = Word([0; 8]);
@@ -216,5 +227,100 @@ impl Space {
             _ => return false,
         }
         Memory::access(bytes, 0, access)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::soc::Segment;
+
+    /// Runs a program of 32-bit words; `x5` starts as 0x8040_0000, writable local memory.
+    fn run_words(words: &[u32], options: &Options) -> Ran {
+        let mut bytes = 0x8040_02b7u32.to_le_bytes().to_vec();
+        bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+        let region = Region { size: bytes.len() as u32, ..LOCAL };
+        let segments = vec![Segment { region, bytes, writable: false }];
+        let image = Image { path: "test".into(), elf: Vec::new(), segments };
+        run(&image, b"scene", Costs::PICORV32, options).expect("a run")
+    }
+
+    fn end(words: &[u32]) -> String {
+        match run_words(words, &Options::default()).end {
+            End::Crash(what) => what,
+            end => format!("{end:?}"),
+        }
+    }
+
+    const NOP: u32 = 0x0000_0013;
+    const LOOP: u32 = 0x0000_006f;
+    /// `lui x6, 0x00100; lui x7, 0x5; addi x7, x7, 0x555; sw x7, 0(x6)`
+    const POWER_OFF_WITH_PASS: [u32; 4] = [0x0010_0337, 0x0000_53b7, 0x5553_8393, 0x0073_2023];
+
+    #[test]
+    fn a_program_takes_exactly_the_cycles_of_its_instructions() {
+        let ran = run_words(&POWER_OFF_WITH_PASS, &Options::default());
+        assert!(matches!(ran.end, End::PowerOff { code: 0 }), "{:?}", ran.end);
+        assert_eq!((ran.instructions, ran.cycles), (Some(5), Some(4 * 3 + 5)));
+        // lw x8, 0(x5): local memory takes no more than the load itself.
+        let mut words = vec![0x0002_a403, NOP];
+        words.extend(POWER_OFF_WITH_PASS);
+        let ran = run_words(&words, &Options::default());
+        assert_eq!(ran.cycles, Some(17 + 5 + 3));
+    }
+
+    #[test]
+    fn external_memory_makes_the_core_wait_and_counts_the_access() {
+        // lui x9, 0x80800; lw x8, 0(x9)
+        let mut words = vec![0x8080_04b7, 0x0004_a403];
+        words.extend(POWER_OFF_WITH_PASS);
+        let slow = *MemoryTiming::by_name("slow").expect("a known memory");
+        let ran = run_words(&words, &Options { memory: slow, ..Options::default() });
+        // 4 bytes at 12.8 bytes a cycle are 0.3125 cycles, behind 43 of latency.
+        assert_eq!(ran.cycles, Some(17 + 3 + 5 + 44));
+        let tally = ran.external.expect("a count");
+        assert_eq!((tally.reads, tally.read_bytes, tally.writes), (1, 4, 0));
+    }
+
+    #[test]
+    fn a_store_into_code_crashes_and_names_the_likely_cause() {
+        // lui x9, 0x80000; sw x0, 0(x9)
+        let what = end(&[0x8000_04b7, 0x0004_a023]);
+        assert!(what.contains("to 4 bytes at 0x80000000: code and constants"), "{what}");
+        assert!(what.contains("at 0x80000008"), "{what}");
+    }
+
+    #[test]
+    fn accesses_that_the_hardware_refuses_crash() {
+        // lw x8, 2(x5); lw x8, 0(x0); sb x0, 8(x6) behind the power switch; a word to the UART
+        for (words, why) in [
+            (&[0x0022_a403][..], "not aligned"),
+            (&[0x0000_2403], "nothing answers there"),
+            (&[0x0010_0337, 0x0003_0423], "nothing answers there"),
+            (&[0x1000_0337, 0x0003_2023], "nothing answers there"),
+            (&[0x8080_0337, 0x0003_0067], "there is no code"),
+            (&[0], "IllegalInstruction"),
+            (&[0x3000_9073], "IllegalInstruction"),
+        ] {
+            let what = end(words);
+            assert!(what.contains(why), "{words:08x?}: {what}");
+        }
+    }
+
+    #[test]
+    fn a_power_switch_word_without_a_meaning_is_no_success() {
+        // lui x6, 0x00100; sw x0, 0(x6)
+        assert!(end(&[0x0010_0337, 0x0003_2023]).contains("means nothing"));
+        // lui x6, 0x00100; lui x7, 0x23; addi x7, x7, 0x333; sw x7, 0(x6)
+        let fail = [0x0010_0337, 0x0002_33b7, 0x3333_8393, 0x0073_2023];
+        assert_eq!(end(&fail), "PowerOff { code: 2 }");
+    }
+
+    #[test]
+    fn a_loop_without_end_is_stopped() {
+        let options = Options { time: Duration::from_millis(50), ..Options::default() };
+        assert!(matches!(run_words(&[LOOP], &options).end, End::TimeOut(_)));
     }
 }
