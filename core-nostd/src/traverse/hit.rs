@@ -42,7 +42,8 @@ impl Hit {
     /// miss), `u` and `v` as u32 (units of 2⁻³⁰), and 4 bytes of zero; little-endian.
     pub const BYTES: usize = 24;
 
-    pub(crate) fn new(primitive: PrimIndex, at: &Intersection) -> Self {
+    /// The hit of a triangle at an intersection.
+    pub fn new(primitive: PrimIndex, at: &Intersection) -> Self {
         // u and v are below 2^90 and at most the denominator, so neither step can overflow.
         let weight = |n: i128| Barycentric::from_bits(((n << 30) / at.denominator) as u32);
         Self { primitive, t: at.t, u: weight(at.u), v: weight(at.v) }

@@ -5,7 +5,7 @@ mod layout;
 mod reference;
 mod trace;
 
-pub use build::{BuildOptions, BuildRun, RunError, build};
+pub use build::{Buffers, BuildOptions, BuildRun, RunError, build, check, job, load};
 pub use layout::Layout;
 pub use reference::{Answer, Reference};
 pub use trace::{Sums, TraceCounts, TraceRun, trace};

@@ -26,8 +26,9 @@
 //! beyond the limit, the line passes the grid by: the limit is 3 half-widths from the centre and a
 //! corner √3, so the ray is a certain miss.
 
-use xylem_core::geom::{Intersection, Ray};
+use xylem_core::geom::Ray;
 use xylem_core::num::{SubGrid, Time};
+use xylem_core::traverse;
 
 use super::frame::SceneFrame;
 use super::rays::{BadRay, Hit, SceneRay};
@@ -118,12 +119,14 @@ impl GridRay {
     }
 
     /// The hit in scene units of what the core found, `None` for nothing.
-    pub fn hit(&self, found: Option<(u32, &Intersection)>) -> Hit {
+    pub fn hit(&self, found: Option<&traverse::Hit>) -> Hit {
         match (self, found) {
-            (Self::Core { times, .. }, Some((prim, at))) => {
-                let weight = |w: i128| (w as f64 / at.denominator as f64) as f32;
-                Hit { prim, t: times.to_scene(at.t) as f32, u: weight(at.u), v: weight(at.v) }
-            }
+            (Self::Core { times, .. }, Some(found)) => Hit {
+                prim: found.primitive.0,
+                t: times.to_scene(found.t) as f32,
+                u: found.u.to_num(),
+                v: found.v.to_num(),
+            },
             _ => Hit::MISS,
         }
     }
@@ -204,7 +207,7 @@ fn closest_to_centre(start: [f64; 3], direction: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use xylem_core::geom::Triangle;
+    use xylem_core::geom::{PrimIndex, Triangle};
     use xylem_core::num::Grid;
 
     /// A unit cube whose grid cell is a power of two, so that expectations are exact.
@@ -239,7 +242,8 @@ mod tests {
             let scene = ray([-0.25, 0.25, 0.25], [length, 0.0, -0.0]);
             let grid = GridRay::new(&frame, &scene);
             let hit = wall.intersect(grid.core().unwrap(), grid.core().unwrap().t_max());
-            let hit = grid.hit(Some((3, &hit.unwrap())));
+            let hit = traverse::Hit::new(PrimIndex(3), &hit.unwrap());
+            let hit = grid.hit(Some(&hit));
             assert_eq!(hit.prim, 3);
             assert!((hit.t / (0.75 / length) - 1.0).abs() < 1e-6, "{length:e}: {hit:?}");
         }

@@ -176,6 +176,8 @@ mod tests {
     use super::super::mesh::LoadOptions;
     use super::super::procedural;
     use super::*;
+    use xylem_core::geom::PrimIndex;
+    use xylem_core::traverse;
 
     fn mesh(name: &str) -> Mesh {
         let soup = procedural::soup(name).unwrap().unwrap();
@@ -189,7 +191,7 @@ mod tests {
         let hits =
             mesh.triangles.iter().filter_map(|t| Some((t.id, t.intersect(core, core.t_max())?)));
         let first = hits.min_by_key(|(id, at)| (at.t, *id));
-        grid.hit(first.as_ref().map(|(id, at)| (*id, at)))
+        grid.hit(first.map(|(id, at)| traverse::Hit::new(PrimIndex(id), &at)).as_ref())
     }
 
     #[test]
