@@ -11,7 +11,9 @@ use xylem::scene::{
     self, ConversionCounts, GridRay, Hit, LoadOptions, Mesh, SceneFrame, SceneRay, convert, obj,
     procedural, rays,
 };
+use xylem_core::geom::PrimIndex;
 use xylem_core::num::Grid;
+use xylem_core::traverse;
 
 const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\n";
 
@@ -331,7 +333,7 @@ fn rays_that_hit_nothing_by_their_numbers_are_counted() {
     let GridRay::Core { ray, .. } = grid[0] else { panic!("{:?}", grid[0]) };
     let hit = mesh.triangles[0].intersect(&ray, ray.t_max()).unwrap();
     // The plane is z = x / 4 + y / 2.
-    let hit = grid[0].hit(Some((0, &hit)));
+    let hit = grid[0].hit(Some(&traverse::Hit::new(PrimIndex(0), &hit)));
     assert!((hit.t - (3.0 - 0.1875) / 2.0).abs() < 1e-6, "{hit:?}");
     assert!((hit.u - 0.25).abs() < 1e-6 && (hit.v - 0.25).abs() < 1e-6, "{hit:?}");
 }
@@ -438,7 +440,8 @@ fn known_hits_survive_the_conversion() {
                 let triangle = &mesh.triangles[known.prim as usize];
                 let found = triangle.intersect(ray, ray.t_max());
                 let found = found.unwrap_or_else(|| panic!("{name} {set} ray {i} is lost"));
-                let hit = grid[i].hit(Some((known.prim, &found)));
+                let found = traverse::Hit::new(PrimIndex(known.prim), &found);
+                let hit = grid[i].hit(Some(&found));
                 let (error, slope) = time_error(&mesh, &set_rays[i], known, &hit);
                 assert!(error <= 4.0 || error <= slope, "{name} {set} ray {i}: {error} {slope}");
                 checked += 1;
