@@ -19,14 +19,18 @@ stages=(
     "tools|the external tools are there|install_tools"
     "clippy|no lint is broken|cargo clippy --quiet --workspace --all-targets -- -D warnings"
     "docs|documentation builds and its links hold|build_docs"
-    "tests|unit, property and differential tests pass|cargo test --quiet --no-fail-fast"
+    "tests|unit, property and differential tests pass|run_tests"
     "no-std|the core builds alone for a target without std|tests/firmware.sh core"
     "firmware|simulator, QEMU and PicoRV32 agree with the host|tests/firmware.sh run"
-    "registers|generated registers are current and clean|check_registers"
+    "registers|generated registers are current, and the RTL keeps them|check_registers"
     "lint|the RTL is clean in Verilator and yosys|fpga/rtl/lint.sh"
+    "cosim|RTL and cycle models agree in every cycle|cargo test --quiet --test heap -- --nocapture"
     "synthesis|the heap places and routes|fpga/syn/run.sh --smoke"
     "demo|the main job runs and leaves its report|run_demo"
 )
+
+# Tests that a stage of their own runs.
+elsewhere=(gives_the_host_s_digests the_register_block_keeps rtl_and_model_agree every_fault_put_into)
 
 install_tools() {
     need_apt verilator g++ make qemu-system-misc
@@ -36,8 +40,12 @@ build_docs() {
     RUSTDOCFLAGS="-D warnings" cargo doc --quiet --workspace --no-deps --exclude xylem-peers
 }
 
+run_tests() {
+    cargo test --quiet --no-fail-fast -- --nocapture "${elsewhere[@]/#/--skip=}"
+}
+
 check_registers() {
-    fpga/regs/generate.sh --check && fpga/regs/lint.sh
+    fpga/regs/generate.sh --check && fpga/regs/lint.sh && cargo test --quiet --test rtl
 }
 
 # The README's first command, into a folder of its own.
