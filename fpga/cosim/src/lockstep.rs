@@ -112,10 +112,15 @@ impl fmt::Display for Stop {
     }
 }
 
+/// The folder for waveforms that the environment names in `XYLEM_WAVES`, if it does.
+pub fn waves_folder() -> Option<PathBuf> {
+    std::env::var_os("XYLEM_WAVES").map(PathBuf::from)
+}
+
 /// Runs random traffic until `operations` have been taken.
 ///
-/// On a stop, and if the environment has `XYLEM_WAVES`, the run is repeated with a waveform of the
-/// last cycles before it, written into the folder which that names.
+/// On a stop, the run is repeated with a waveform of the last cycles before it, written to
+/// `heap-CONFIGURATION-seedSEED.vcd` in `waves` if that names a folder.
 ///
 /// # Errors
 ///
@@ -125,13 +130,14 @@ pub fn run(
     config: HeapConfig,
     seed: u64,
     operations: u64,
+    waves: Option<&Path>,
 ) -> Result<Summary, Stop> {
     let result = run_once(library, config, seed, operations, None);
-    if let (Err(stop), Some(folder)) = (&result, std::env::var_os("XYLEM_WAVES")) {
-        let file = PathBuf::from(folder).join(format!("heap-{}-seed{seed}.vcd", config.name));
+    if let (Err(stop), Some(folder)) = (&result, waves) {
+        let file = folder.join(format!("heap-{}-seed{seed}.vcd", config.name));
         let from = stop.cycle().saturating_sub(RECORDED);
         match run_once(library, config, seed, operations, Some((from, &file))) {
-            Err(Stop::Rtl { cycle, error }) if cycle < stop.cycle() => {
+            Err(Stop::Rtl { error: error @ CosimError::Io { .. }, .. }) => {
                 eprintln!("no waveform: {error}");
             }
             _ => eprintln!("waveform from cycle {from} on: {}", file.display()),

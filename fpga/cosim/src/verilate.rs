@@ -144,6 +144,13 @@ pub fn heap(config: HeapConfig, mutation: Option<Mutation>) -> Result<PathBuf, C
         let runtime = runtime(&root, &version)?;
         let obj = folder.join("obj");
         write(&obj.join("shim.cpp"), SHIM)?;
+        // One translation unit, so that the compiler reads Verilator's headers once.
+        let all: String = files_ending(&obj, ".cpp")?
+            .iter()
+            .filter_map(|file| file.file_name())
+            .map(|name| format!("#include {name:?}\n"))
+            .collect();
+        write(&folder.join("all.cpp"), &all)?;
         let mut compiler = Command::new(CXX);
         compiler
             .args(CXX_FLAGS)
@@ -152,8 +159,8 @@ pub fn heap(config: HeapConfig, mutation: Option<Mutation>) -> Result<PathBuf, C
             .args(["-shared", "-Wl,-Bsymbolic,--no-undefined", "-o"])
             .arg(folder.join("libheap.so"))
             .args([Path::new("-I"), &root.join("include"), Path::new("-I"), &obj]);
-        compiler.arg("-I").arg(root.join("include/vltstd"));
-        compiler.args(files_ending(&obj, ".cpp")?).args(files_ending(&runtime, ".o")?);
+        compiler.arg("-I").arg(root.join("include/vltstd")).arg(folder.join("all.cpp"));
+        compiler.args(files_ending(&runtime, ".o")?);
         run("g++", "g++", compiler.arg("-pthread"))?;
         Ok(())
     })?;

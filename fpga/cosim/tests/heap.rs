@@ -30,11 +30,12 @@ fn rtl_and_model_agree_in_every_output_of_every_cycle() {
         (HeapConfig::SMALL, 5..=8, 100_000),
         (HeapConfig::WIDE, 9..=10, 100_000),
     ];
+    let waves = lockstep::waves_folder();
     let mut table = vec![Summary::HEADER.to_owned()];
     for (config, seeds, operations) in runs {
         let library = library(config);
         for seed in seeds {
-            let summary = lockstep::run(&library, config, seed, operations)
+            let summary = lockstep::run(&library, config, seed, operations, waves.as_deref())
                 .unwrap_or_else(|stop| panic!("heap {}, seed {seed}: {stop}", config.name));
             assert_eq!(summary.operations, operations);
             assert_eq!(summary.model_cycles, summary.rtl_cycles);
@@ -128,16 +129,22 @@ fn every_fault_put_into_the_rtl_is_seen() {
     // All levels from the fourth on in block memory, so that a small heap has that kind too.
     let config = HeapConfig { levels: 5, slot_bits: 5, block_level: 4, ..HeapConfig::SMALL };
     let sound = verilate::heap(config, None).unwrap_or_else(|error| panic!("{error}"));
-    lockstep::run(&sound, config, 11, 50_000)
+    lockstep::run(&sound, config, 11, 50_000, None)
         .unwrap_or_else(|stop| panic!("without fault: {stop}"));
+    let waves = verilate::target_folder().join("waves");
+    fs::create_dir_all(&waves).unwrap();
+    let file = waves.join("heap-small-seed11.vcd");
     for (what, mutation) in MUTATIONS {
+        let _ = fs::remove_file(&file);
         let faulty = verilate::heap(config, Some(mutation))
             .unwrap_or_else(|error| panic!("{what}: {error}"));
-        match lockstep::run(&faulty, config, 11, 50_000) {
+        match lockstep::run(&faulty, config, 11, 50_000, Some(&waves)) {
             Ok(summary) => panic!("not seen: {what}: {summary:?}"),
             Err(Stop::Rtl { error, cycle }) => println!("{what}: seen in cycle {cycle}: {error}"),
             Err(stop) => println!("{what}: seen in cycle {}", stop.cycle()),
         }
+        let recorded = fs::read_to_string(&file).unwrap();
+        assert!(recorded.contains("op_ready_o"), "{what}: no waveform in {}", file.display());
     }
 }
 
