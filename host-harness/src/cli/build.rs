@@ -4,18 +4,14 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 use clap::builder::PossibleValuesParser;
-use xylem_core::compress::{Coordinates, compress_top_down};
 use xylem_core::error::RegionName;
-use xylem_core::mem::Region;
-use xylem_core::node::NodeFormat;
-use xylem_core::pipeline;
-use xylem_core::sort::{HeapEntry, Item, Queue, RecordFormat, SortConfig, Workspace};
+use xylem_core::sort::{RecordFormat, SortConfig};
 
 use super::options::{self, TreeArgs, build_failed};
 use super::{CliError, Console};
 use crate::bus::{MEMORIES, MemoryTiming};
 use crate::report::BuildReport;
-use crate::run::{BuildOptions, BuildRun};
+use crate::run::{self, BuildOptions, Buffers};
 use crate::scene::Mesh;
 
 /// Build the tree of a scene and print what it took
@@ -100,15 +96,12 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     };
     options.memory = *MemoryTiming::by_name(&args.memory).unwrap_or(&options.memory);
     let mesh = args.tree.load()?;
+    fit_regions(&mesh, &options, &args.region_limit)?;
     let run = options::build(&mesh, &options)?;
-    fit_regions(&mesh, &options, &run, &args.region_limit)?;
     let quality = run.check().map_err(|e| build_failed(&mesh, e))?;
     let report = BuildReport::new(&mesh.name, &options, &run, &quality);
     console.result(&report, || report.to_string())
 }
-
-/// The widest merge of [`fit_regions`], the same as that of a run.
-const MERGE_WIDTH: usize = 4096;
 
 /// The names of all memories, for the parser.
 fn memory_names() -> PossibleValuesParser {
@@ -140,22 +133,22 @@ impl FromStr for RegionLimit {
     }
 }
 
-/// Repeats a build in regions no larger than the limits: only the core knows what it needs where.
+/// Tries the build in regions no larger than the limits: only the core knows what it needs where.
 ///
 /// # Errors
 /// [`CliError::Build`] naming the region that is too small.
 fn fit_regions(
     mesh: &Mesh,
     options: &BuildOptions,
-    run: &BuildRun,
     limits: &[RegionLimit],
 ) -> Result<(), CliError> {
     if limits.is_empty() {
         return Ok(());
     }
-    let mut layout = run.layout;
+    let loaded = run::load(&mesh.triangles, &options.config);
+    let (mut memory, mut layout) = loaded.map_err(|e| build_failed(mesh, e))?;
     for limit in limits {
-        let region: &mut Region = match limit.region {
+        let region = match limit.region {
             RegionName::RunsA => &mut layout.build.runs_a,
             RegionName::RunsB => &mut layout.build.runs_b,
             RegionName::Nodes => &mut layout.build.nodes,
@@ -165,28 +158,9 @@ fn fit_regions(
         };
         region.size = region.size.min(limit.bytes);
     }
-    let mut items = vec![Item::ZERO; options.config.sort.capacity as usize];
-    let mut queues = Box::new(heapless::Vec::<Queue, MERGE_WIDTH>::new());
-    let mut heap = Box::new(heapless::Vec::<HeapEntry, MERGE_WIDTH>::new());
-    let mut workspace = Workspace { items: &mut items, queues: &mut *queues, heap: &mut *heap };
-    // The input is still there.
-    let mut memory = run.memory.clone();
+    let mut buffers = Buffers::new(&options.config);
     let count = mesh.triangles.len() as u32;
-    let tree = pipeline::build(
-        &mut memory,
-        &options.config,
-        &layout.build,
-        count,
-        &mut workspace,
-        &mut (),
-    )
-    .map_err(|e| build_failed(mesh, e))?;
-    let coordinates = match options.format {
-        NodeFormat::Bvh2 => return Ok(()),
-        NodeFormat::QuantizedRelative => Coordinates::Relative,
-        NodeFormat::QuantizedModulo => Coordinates::Modulo,
-    };
-    compress_top_down(&mut memory, &tree, layout.quantized_nodes, coordinates, &mut ())
+    run::job(&mut memory, &layout, options, count, &mut buffers, &mut ())
         .map_err(|e| build_failed(mesh, e))?;
     Ok(())
 }

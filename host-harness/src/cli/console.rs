@@ -73,19 +73,23 @@ pub(super) fn wrap(text: &str, hanging: usize) -> String {
             wrapped.push_str(line);
             continue;
         }
-        let mut column = 0;
-        for word in line.split(' ') {
+        let text = line.trim_start();
+        let mut column = line.len() - text.len();
+        wrapped.push_str(&line[..column]);
+        let mut first = true;
+        for word in text.split(' ') {
             let width = word.chars().count();
-            if column > hanging && column + 1 + width > COLUMNS {
+            if !first && column + 1 + width > COLUMNS {
                 wrapped.push('\n');
                 wrapped.push_str(&" ".repeat(hanging));
                 column = hanging;
-            } else if column > 0 {
+            } else if !first {
                 wrapped.push(' ');
                 column += 1;
             }
             wrapped.push_str(word);
             column += width;
+            first = false;
         }
     }
     wrapped
@@ -102,6 +106,9 @@ mod tests {
         assert!(wrapped.lines().filter(|l| !l.contains('x')).all(|l| l.len() <= COLUMNS));
         let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
         assert_eq!(words(&wrapped), words(&long));
+        let item = format!("  item  {}", "word ".repeat(30));
+        let lines: Vec<String> = wrap(&item, 8).lines().map(str::to_owned).collect();
+        assert!(lines[0].starts_with("  item  word") && lines[1].starts_with("        word"));
         assert_eq!(wrap("error: short\n  list", 2), "error: short\n  list");
     }
 }

@@ -5,17 +5,20 @@
 
 mod build;
 mod console;
+mod demo;
 mod error;
 mod options;
 mod output;
 mod progress;
 mod rays;
+mod render;
 mod scene;
 mod trace;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser, Subcommand};
 
 use console::Console;
 pub use error::CliError;
@@ -26,16 +29,24 @@ pub use error::CliError;
     name = "xylem",
     version,
     about = "Grows ray-tracing trees as the hardware would, and traces rays through them",
+    long_about = "Grows ray-tracing trees as the hardware would, and traces rays through them.\n\n\
+        Without a command: sorts a scene by Morton code, emits its tree, compresses it to 16-byte \
+        nodes, traces camera and diffuse rays through both in fixed point, prints what that took \
+        and leaves a report with pictures.",
     after_help = "Examples:\n  \
+        xylem                                        the whole road on a bundled scene\n  \
         xylem build bunny.obj.gz --format cbvh       build and compress one mesh\n  \
         xylem trace bunny.obj.gz --rays my.rays --hits my.hits\n  \
+        xylem render terrain --out terrain.png       a picture of a computed scene\n  \
         xylem scene list                             scenes that need no file\n\n\
         Exit codes: 0 done, 1 failed, 2 wrong usage.",
     max_term_width = 100
 )]
 struct Cli {
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
+    #[command(flatten)]
+    demo: demo::Args,
     /// Print one JSON object on standard output and nothing else there
     #[arg(long, global = true)]
     json: bool,
@@ -45,12 +56,13 @@ struct Cli {
 enum Command {
     Build(build::Args),
     Trace(trace::Args),
+    Render(render::Args),
     Scene(scene::Args),
 }
 
 /// Runs the command line of this process and returns its exit code.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::try_parse().and_then(Cli::check) {
         Ok(cli) => cli,
         Err(error) => {
             // Where neither stream can be written to, the exit code is all there is to say.
@@ -60,9 +72,11 @@ pub fn main() -> ExitCode {
     };
     let console = Console { json: cli.json };
     let done = match cli.command {
-        Command::Build(args) => build::run(&args, console),
-        Command::Trace(args) => trace::run(&args, console),
-        Command::Scene(args) => scene::run(&args, console),
+        None => demo::run(&cli.demo, console),
+        Some(Command::Build(args)) => build::run(&args, console),
+        Some(Command::Trace(args)) => trace::run(&args, console),
+        Some(Command::Render(args)) => render::run(&args, console),
+        Some(Command::Scene(args)) => scene::run(&args, console),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -73,10 +87,20 @@ pub fn main() -> ExitCode {
     }
 }
 
+impl Cli {
+    /// Refuses options of the bare command where a command is given.
+    fn check(self) -> Result<Self, clap::Error> {
+        if self.command.is_some() && self.demo.is_given() {
+            let message = "--scene, --size, --up and --out before a command belong to the bare `xylem`; \
+                           put options after the command";
+            return Err(Self::command().error(ErrorKind::ArgumentConflict, message));
+        }
+        Ok(self)
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory as _;
-
     use super::*;
 
     #[test]

@@ -34,6 +34,15 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     })
 }
 
+/// Makes a folder, if it is not there, and checks that files can be written into it.
+///
+/// # Errors
+/// [`CliError::Write`].
+pub(super) fn folder(path: &Path) -> Result<(), CliError> {
+    fs::create_dir_all(path).map_err(failed(path))?;
+    check_writable(&path.join("index.html"))
+}
+
 fn failed(path: &Path) -> impl FnOnce(io::Error) -> CliError {
     move |source| CliError::Write { path: path.to_owned(), source }
 }

@@ -7,7 +7,7 @@ use xylem_core::traverse::{self, Query, Scene};
 
 use super::{CliError, progress};
 use crate::run::{BuildRun, Reference, Sums, TraceRun};
-use crate::scene::{GridRay, Hit, Mesh};
+use crate::scene::{GridRay, Mesh};
 
 /// How many rays are traced between two steps of a progress bar.
 const CHUNK: usize = 1 << 16;
@@ -42,19 +42,6 @@ pub(super) fn trace(
     }
     bar.finish_and_clear();
     Ok(all)
-}
-
-/// A hit of the core in scene units.
-pub(super) fn to_scene(ray: &GridRay, hit: Option<&traverse::Hit>) -> Hit {
-    match (ray, hit) {
-        (GridRay::Core { times, .. }, Some(hit)) => Hit {
-            prim: hit.primitive.0,
-            t: times.to_scene(hit.t) as f32,
-            u: hit.u.to_num(),
-            v: hit.v.to_num(),
-        },
-        _ => Hit::MISS,
-    }
 }
 
 /// A ray whose answer is not that of trying every triangle.

@@ -57,7 +57,7 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let traced = rays::trace(&mesh, &run, &run.scene, &grid_rays, args.query.into())?;
     if let Some(path) = &args.hits {
         let answers = grid_rays.iter().zip(&traced.hits);
-        let hits: Vec<Hit> = answers.map(|(ray, hit)| rays::to_scene(ray, hit.as_ref())).collect();
+        let hits: Vec<Hit> = answers.map(|(ray, hit)| ray.hit(hit.as_ref())).collect();
         write_hits(path, &hits)?;
     }
 

@@ -231,7 +231,7 @@ impl fmt::Display for BuildReport {
         )?;
         writeln!(f, "\n{}\n{}", self.stage_table(), self.region_table())?;
         writeln!(f, "{}", self.footnote())?;
-        write!(f, "  host: built in {:.1} ms (measured, one thread)", self.host_ms)
+        write!(f, "  host: built in {:.2} ms (measured, one thread)", self.host_ms)
     }
 }
 
@@ -275,10 +275,11 @@ fn regions(traffic: &Traffic) -> Vec<RegionReport> {
 mod tests {
     use super::*;
     use crate::bus::{MEMORIES, MemoryTiming};
-    use crate::scene::{LoadOptions, load};
+    use crate::scene::{LoadOptions, procedural};
 
     fn report(scene: &str, options: &BuildOptions) -> BuildReport {
-        let mesh = load(scene, &LoadOptions::default()).unwrap();
+        let soup = procedural::soup(scene).unwrap().unwrap();
+        let mesh = soup.into_mesh(scene, &LoadOptions::default()).unwrap();
         let run = crate::run::build(&mesh.triangles, options).unwrap();
         let quality = run.check().unwrap();
         BuildReport::new(scene, options, &run, &quality)

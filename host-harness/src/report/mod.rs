@@ -3,10 +3,23 @@
 //! A quantity that was not measured is absent, never 0; one that comes from a model says so.
 
 mod build;
+pub mod chart;
+pub mod colour;
+mod heat;
+pub mod html;
+mod picture;
+mod shade;
+mod summary;
 mod table;
 mod trace;
 pub mod units;
+mod view;
 
 pub use build::{BuildReport, RegionReport, StageReport, stage_name};
+pub use heat::HeatMap;
+pub use picture::{LETTER, Picture};
+pub use shade::Shading;
+pub use summary::{Pictures, RaySetReport, Summary, TreeReport};
 pub use table::Table;
 pub use trace::TraceReport;
+pub use view::close_up;
