@@ -117,7 +117,7 @@ mod tests {
         (0..=30)
             .flat_map(|k| {
                 let p = 1i64 << k;
-                [p - 1, p, p + 1, p + p / 3].into_iter().filter(|&d| d >= 1 && d <= 1 << 30)
+                [p - 1, p, p + 1, p + p / 3].into_iter().filter(|d| (1..=1 << 30).contains(d))
             })
             .map(|d| d as i32)
     }
@@ -166,7 +166,7 @@ mod tests {
             for cells in [0, 1, 5, 63, 64] {
                 for scale in [0, 1, 9, 18] {
                     let bits = i64::from(r.step_down(cells, scale).to_bits());
-                    let exact = i128::from(cells) * i128::from(r.down) << scale;
+                    let exact = (i128::from(cells) * i128::from(r.down)) << scale;
                     assert!(i128::from(bits) << 18 <= exact);
                     assert!(i128::from(bits + 1) << 18 > exact);
                 }

@@ -13,8 +13,7 @@ const MAX_BLOCK: usize = 2 * MAX_BURST;
 pub fn insertion_sort<P: Probe>(block: &mut [Item], probe: &mut P) {
     let mut order = [(0u64, 0u8); MAX_BLOCK];
     let len = block.len().min(MAX_BLOCK);
-    for end in 0..len {
-        let code = block[end].code;
+    for (end, &Item { code, .. }) in block[..len].iter().enumerate() {
         let mut hole = end;
         while hole > 0 {
             probe.compare_swap();

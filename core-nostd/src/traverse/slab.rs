@@ -30,7 +30,8 @@ impl Slabs {
             let flip = -i64::from(axis.negative);
             let swap = (min[i] ^ max[i]) & flip as i32;
             let (near, far) = (min[i] ^ swap, max[i] ^ swap);
-            let to = |plane: i32| ((i64::from(plane) << 6) - i64::from(axis.origin) ^ flip) - flip;
+            let to =
+                |plane: i32| (((i64::from(plane) << 6) - i64::from(axis.origin)) ^ flip) - flip;
             slabs.near[i] = axis.reciprocal.offset_down(to(near)).to_bits();
             slabs.far[i] = axis.reciprocal.offset_up(to(far)).to_bits();
         }

@@ -122,7 +122,7 @@ fn exact(ray: &Ray, triangle: &[[i64; 3]; 3]) -> Option<i64> {
         return None;
     }
     // a · normal = direction · normal · time, with lengths in 2^-6 and the direction in 2^-30.
-    let numerator = dot(&a, &normal) * slope.signum() << 30;
+    let numerator = (dot(&a, &normal) * slope.signum()) << 30;
     let t = -((-numerator).div_euclid(slope.abs()));
     let inside = t > i128::from(ray.t_min().to_bits()) && t <= i128::from(ray.t_max().to_bits());
     inside.then_some(t as i64)
