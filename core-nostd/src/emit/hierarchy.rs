@@ -10,9 +10,9 @@ use crate::sort::Item;
 /// The most entries that the stack can hold, and the deepest tree: one for each of 63 Morton bits
 /// and one for each of 32 index bits.
 ///
-/// Levels fall strictly from the bottom of the stack to its top: between two splits at one bit of a
-/// sorted sequence there is always a split at a higher bit. So the stack cannot outgrow the number
-/// of levels.
+/// Levels fall strictly from the bottom of the stack to its top, so the stack cannot outgrow their
+/// number. In a sorted sequence there is always a split at a higher bit between two splits at one
+/// bit; where memory changed behind the sorter's back, equal levels are combined like lower ones.
 pub const MAX_DEPTH: usize = 63 + 32;
 
 /// A level of the hierarchy: which bit a split is at. Bits of the leaf counter rank below all bits
@@ -185,7 +185,7 @@ impl Emitter {
     pub fn step<P: Probe>(&mut self, probe: &mut P) -> Step {
         let Some(pending) = self.pending else { return Step::Idle };
         if let Some(top) = self.stack.last()
-            && top.level < pending.level
+            && top.level <= pending.level
         {
             let node = Bvh2Node { children: [top.subtree, pending.subtree] };
             let bounds = top.subtree.bounds.union(&pending.subtree.bounds);
@@ -215,10 +215,11 @@ mod tests {
     use glam::IVec3;
 
     type Leaves = Vec<(u32, u32), 32>;
+    type Nodes = Vec<[(u32, u32); 2], 32>;
 
     /// Runs the emitter over codes and writes each node as the pair of its children's primitive
     /// ranges, and the leaf table's marks.
-    fn emit(codes: &[u64], max_leaf: u32) -> (Vec<[(u32, u32); 2], 32>, Leaves, Option<Subtree>) {
+    fn emit(codes: &[u64], max_leaf: u32) -> (Nodes, Leaves, Option<Subtree>) {
         let mut emitter = Emitter::new(max_leaf);
         let (mut nodes, mut ranges) = (Vec::<_, 32>::new(), Vec::<(u32, u32), 32>::new());
         let (mut table, mut root) = (Leaves::new(), None);
