@@ -34,12 +34,13 @@ impl BurstWriter {
     /// Accepts one record, which must not be longer than a burst.
     ///
     /// # Errors
-    /// [`BuildError::RegionFull`] if the record would leave the region; the writer is unchanged.
-    /// [`BuildError::Bus`] if a burst had to be written first and failed.
+    /// [`BuildError::RegionFull`] if the record would leave the region; those before it are written
+    /// first. [`BuildError::Bus`] if a burst had to be written first and failed.
     #[inline]
     pub fn push<B: Bus>(&mut self, bus: &mut B, record: &[u8]) -> Result<(), BuildError<B::Error>> {
         let len = self.written + self.pending.len() as u32;
         if self.region.at(len, record.len() as u32).is_none() {
+            self.flush(bus)?;
             return Err(BuildError::RegionFull {
                 region: self.name,
                 needed: u64::from(len) + record.len() as u64,
@@ -108,14 +109,13 @@ mod tests {
     }
 
     #[test]
-    fn a_full_region_refuses_the_record_and_keeps_the_earlier_ones() {
+    fn a_full_region_refuses_the_record_and_holds_the_earlier_ones() {
         let mut log = Log::default();
         let mut writer = writer(Region::new(0, 40), 64);
         writer.push(&mut log, &[0; 16]).unwrap();
         writer.push(&mut log, &[0; 16]).unwrap();
         let full = BuildError::RegionFull { region: RegionName::Nodes, needed: 48, available: 40 };
         assert_eq!(writer.push(&mut log, &[0; 16]), Err(full));
-        writer.flush(&mut log).unwrap();
         assert_eq!(log.bursts.as_slice(), [(0, 32)]);
     }
 
