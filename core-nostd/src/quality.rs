@@ -121,11 +121,12 @@ pub fn check<B: Bus>(
         None => None,
         Some(root) => {
             let corrupt = TraceError::CorruptNode { index: tree.node_count.saturating_sub(1) };
-            let placement = match tree.format {
-                NodeFormat::Bvh2 => None,
-                _ => Some(Placement::root(&root.bounds).ok_or(corrupt)?),
+            // Also refuses boxes off the grid, whose areas would overflow.
+            let placement = Placement::root(&root.bounds).ok_or(corrupt)?;
+            let (bounds, placement) = match tree.format {
+                NodeFormat::Bvh2 => (root.bounds, None),
+                _ => (placement.decoded(), Some(placement)),
             };
-            let bounds = placement.map_or(root.bounds, |placement| placement.decoded());
             quality.root_area = bounds.half_area();
             Some(Pending { child: root.child, bounds, placement, depth: 1 })
         }
@@ -176,7 +177,7 @@ pub fn check<B: Bus>(
         }
         next = stack.pop();
     }
-    if nodes_left + entries_left > 0 {
+    if nodes_left > 0 || entries_left > 0 {
         return Err(Malformed::Unreached { nodes: nodes_left, entries: entries_left });
     }
     match primitives_left {

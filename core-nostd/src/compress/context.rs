@@ -4,6 +4,7 @@ use glam::IVec3;
 
 use crate::geom::Aabb;
 use crate::node::{Child, NodeFormat, QuantizedChild};
+use crate::num::Grid;
 
 /// `N`, the width of a quantized coordinate in bits.
 pub const QUANT_BITS: u32 = 6;
@@ -127,8 +128,7 @@ impl Placement {
     /// The grid is the finest on which the box, rounded outward, spans at most 2⁶ cells. As it
     /// depends on the box alone, encoder and reader find the same one.
     pub fn root(bounds: &Aabb) -> Option<Self> {
-        let on_grid = crate::num::Grid::DEFAULT;
-        if !bounds.is_valid() || !on_grid.contains(bounds.min) || !on_grid.contains(bounds.max) {
+        if !is_on_grid(bounds) {
             return None;
         }
         let mut context = Context { scale: [0; 3], cells: [0; 3], low: [0; 3] };
@@ -168,6 +168,9 @@ impl Placement {
         child: Child,
         coordinates: Coordinates,
     ) -> Option<(QuantizedChild, CellBox)> {
+        if !is_on_grid(bounds) {
+            return None;
+        }
         let mut out = QuantizedChild { low: [0; 3], high: [0; 3], child };
         let mut cell_box = CellBox { low: [0; 3], width: [0; 3] };
         for axis in 0..3 {
@@ -197,6 +200,12 @@ impl Placement {
         let lower = self.lower + IVec3::new(offset(0), offset(1), offset(2));
         Self { context: self.context.child(child), lower }
     }
+}
+
+/// Whether this is a box of the grid, so that its coordinates can be counted from any other.
+fn is_on_grid(bounds: &Aabb) -> bool {
+    let grid = Grid::DEFAULT;
+    bounds.is_valid() && grid.contains(bounds.min) && grid.contains(bounds.max)
 }
 
 #[cfg(test)]

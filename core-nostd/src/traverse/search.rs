@@ -7,7 +7,7 @@ use super::{Hit, Query, Scene, TraceError};
 use crate::emit::MAX_DEPTH;
 use crate::error::RegionName;
 use crate::geom::{Intersection, PrimIndex, Ray, Triangle};
-use crate::mem::Bus;
+use crate::mem::{Bus, Region};
 use crate::node::{Child, LeafEntry, NodeIndex, Subtree};
 use crate::num::Grid;
 use crate::probe::Probe;
@@ -80,7 +80,11 @@ pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
     let Some(entry) = slabs.entry(ray, t_min, best.t_max) else { return Ok(None) };
 
     let stride = tree.format.bytes();
-    let (mut nodes_left, mut entries_left) = (tree.node_count, tree.entry_count);
+    // No more than the regions have room for, however wild the counts; but one more, so that a region
+    // that is too small is reported as such.
+    let room = |region: Region, stride: u32| region.size / stride + 1;
+    let mut nodes_left = tree.node_count.min(room(tree.nodes, stride));
+    let mut entries_left = tree.entry_count.min(room(tree.leaf_table, LeafEntry::BYTES as u32));
     let mut stack = Vec::<Pending<F::Context>, MAX_DEPTH>::new();
     let mut next = Some(Pending { child: root.child, entry, context });
     let mut bytes = F::EMPTY;
