@@ -74,9 +74,10 @@ module xy_heap #(
   logic taken;
   assign taken = op_valid_i && ready_q;
 
-  // A remove is a replace by infinity.
+  // A remove is a replace by infinity; a clear writes it everywhere.
   logic [EntryWidth-1:0] entry;
-  assign entry = (op_i == xy_pkg::HeapRemove) ? '1 : {1'b0, op_key_i, op_slot_i};
+  assign entry = (op_i == xy_pkg::HeapRemove) || (op_i == xy_pkg::HeapClear)
+      ? '1 : {1'b0, op_key_i, op_slot_i};
 
   logic empty, full, vacant;
   assign empty  = size_q == '0;
@@ -121,7 +122,7 @@ module xy_heap #(
         if (taken) begin
           below_valid = 1'b1;
           size_d      = '0;
-          top_d       = '1;
+          top_d       = entry;
         end
       end
       default: ;

@@ -13,7 +13,7 @@ module xy_heap_flops #(
     input  logic                  clk_i,
     input  logic                  rst_ni,
     // From this level's stage
-    input  logic                  clear_i,
+    input  logic                  clear_i,   // writes `entry_i`, infinity, everywhere
     input  logic                  write_i,
     input  logic [1:0]            pos_i,
     input  logic [EntryWidth-1:0] entry_i,
@@ -31,8 +31,7 @@ module xy_heap_flops #(
     localparam logic [1:0] Pos = 2'(i);
     always_ff @(posedge clk_i or negedge rst_ni) begin
       if (!rst_ni) entries_q[i] <= '1;
-      else if (clear_i) entries_q[i] <= '1;
-      else if (write_i && (pos_i == Pos)) entries_q[i] <= entry_i;
+      else if (clear_i || (write_i && (pos_i == Pos))) entries_q[i] <= entry_i;
     end
   end
 
@@ -51,5 +50,15 @@ module xy_heap_flops #(
     assign left_o  = parent_i ? entries_q[1] : entries_q[0];
     assign right_o = parent_i ? entries_q[3] : entries_q[2];
   end
+
+`ifndef SYNTHESIS
+  initial begin
+    if (Level > 2) $fatal(1, "xy_heap_flops: Level is %0d, must be 0 to 2", Level);
+  end
+
+  // A clear carries infinity down, so that the registers need no second input.
+  a_clear_is_infinity :
+  assert property (@(posedge clk_i) disable iff (!rst_ni) clear_i |-> entry_i == '1);
+`endif
 
 endmodule

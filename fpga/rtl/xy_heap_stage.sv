@@ -6,7 +6,7 @@
 //            down to the hole the child leaves.
 //   insert   the value on its way to the place that `path` names, and this level's entry on that way
 //            (`own`). The lesser stays, the greater goes on. At the place itself the value stays.
-//   clear    goes on, clearing level by level behind the operations before it.
+//   clear    goes on, clearing level by level behind the operations before it; its value is infinity.
 //
 // Bit l of `path` is the step from level l to level l+1: 0 left, 1 right. An insert's path is the
 // number of entries before it, whose leading one marks the level where it ends.
@@ -72,18 +72,22 @@ module xy_heap_stage #(
   logic at_end;
   assign at_end = (path_q >> (Level + 1)) == '0;
 
-  logic descend;
-  assign descend = right_wins ? right_lower : left_lower;
+  logic descend, take_child, take_own;
+  assign descend    = right_wins ? right_lower : left_lower;
+  assign take_child = descend && (op_q == xy_pkg::HeapReplace);
+  assign take_own   = own_stays && !at_end && (op_q == xy_pkg::HeapInsert);
 
   assign op_o  = op_q;
   assign pos_o = path_q;
   assign own_o = path_q[Level] ? right_i : left_i;
 
+  // The last decision selects between what the earlier ones have prepared.
+  assign write_entry_o = take_child ? (right_wins ? right_i : left_i) : (take_own ? own_q : entry_q);
+
   always_comb begin
     clear_o       = 1'b0;
     write_o       = 1'b0;
     grow_o        = 1'b0;
-    write_entry_o = entry_q;
     valid_o       = 1'b0;
     path_o        = path_q;
     entry_o       = entry_q;
@@ -92,14 +96,12 @@ module xy_heap_stage #(
         write_o = valid_q;
         grow_o  = valid_q && at_end;
         valid_o = valid_q && !at_end;
-        if (own_stays && !at_end) write_entry_o = own_q;
         if (!own_stays) entry_o = own_q;
       end
       xy_pkg::HeapReplace: begin
         write_o       = valid_q;
         valid_o       = valid_q && descend;
         path_o[Level] = right_wins;
-        if (descend) write_entry_o = right_wins ? right_i : left_i;
       end
       xy_pkg::HeapClear: begin
         clear_o = valid_q;
