@@ -43,6 +43,7 @@ _start:
 2:  tail    {reset}
 
     .balign 4
+    .globl _trap
 _trap:
     csrr    a0, mcause
     csrr    a1, mepc
