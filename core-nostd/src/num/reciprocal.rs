@@ -96,9 +96,9 @@ impl Reciprocal {
     /// planes of a quantized box, a multiplication of the 24-bit mantissa by a 7-bit count.
     #[inline]
     pub const fn step_down(&self, cells: i32, scale: u32) -> PlaneOffset {
+        // At most 7 + 24 bits, and a scale is at most 20.
         let product = cells as i64 * self.down as i64;
-        let bits = if scale <= 18 { product >> (18 - scale) } else { product << (scale - 18) };
-        PlaneOffset::from_bits(bits as i32)
+        PlaneOffset::from_bits(((product << scale) >> 18) as i32)
     }
 
     /// The time at which a plane at `offset` is crossed; exact.
