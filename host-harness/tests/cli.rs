@@ -412,6 +412,39 @@ fn the_bare_command_leaves_a_report_with_pictures() {
     assert!(out.contains("xylem-report/index.html") && out.contains("0 differ"), "{out}");
 }
 
+// ---- The soft core ----------------------------------------------------------------------------
+
+#[test]
+fn a_soft_core_without_its_program_says_how_to_build_it() {
+    let output = Place::new()
+        .command(&["soc", "cornell"])
+        .env("XYLEM_FIRMWARE", "/nowhere/firmware")
+        .output()
+        .expect("the command runs");
+    Ran(output).fails(&["no firmware at /nowhere/firmware", "tests/firmware.sh build"]);
+}
+
+#[test]
+fn the_soft_core_gives_the_hosts_digest_and_cycles_by_stage() {
+    if let Err(missing) = xylem::soc::firmware_elf() {
+        assert!(std::env::var_os("XYLEM_REQUIRE_TOOLS").is_none(), "{missing}");
+        println!("skipped: the_soft_core_gives_the_hosts_digest_and_cycles_by_stage: {missing}");
+        return;
+    }
+    let place = Place::new();
+    let options = ["--size", "8x6", "--format", "cbvh", "--memory", "slow", "--json"];
+    let json = place.run(&[["soc", "cornell"].as_slice(), &options].concat()).json();
+    assert_eq!(json["digest"], json["host_digest"]);
+    assert_eq!((whole(&json, "primitives"), whole(&json, "rays")), (32, 48));
+    let stages = json["stages"].as_array().expect("stages");
+    assert_eq!(stages.len(), 5);
+    let sum: u64 = stages.iter().map(|stage| whole(stage, "cycles")).sum();
+    assert!(sum > 0 && sum < whole(&json, "cycles"));
+    let text = place.run(&["soc", "cornell", "--size", "8x6"]);
+    assert!(text.out().contains(": equal"), "{}{}", text.out(), text.message());
+    assert!(text.out().lines().all(|line| line.chars().count() <= 100), "{}", text.out());
+}
+
 // ---- The command line -------------------------------------------------------------------------
 
 #[test]
@@ -431,6 +464,8 @@ fn wrong_usage_exits_with_2_and_says_what_is_right() {
         (&["build", "a.obj", "--region-limit", "leaves=4"], "there is no region 'leaves'"),
         (&["trace", "a.obj"], "--rays <FILE>"),
         (&["render", "a.obj", "--out", "a.png", "--size", "4"], "as 640x480"),
+        (&["soc", "a.obj", "--engine", "gates"], "[possible values: sim, qemu, picorv32]"),
+        (&["soc", "a.obj", "--engine", "qemu", "--memory", "slow"], "--engine sim only"),
         (&["--out", "x", "build", "a.obj"], "belong to the bare `xylem`"),
         (&["bulid"], "build"),
     ];
@@ -448,6 +483,7 @@ fn help_fits_100_columns_and_gives_examples() {
         &["build"],
         &["trace"],
         &["render"],
+        &["soc"],
         &["scene"],
         &["scene", "list"],
         &["scene", "generate"],

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use clap::ValueEnum;
 use clap::builder::PossibleValuesParser;
 use xylem_core::error::RegionName;
-use xylem_core::sort::{RecordFormat, SortConfig};
+use xylem_core::sort::{InputFormat, RecordFormat, SortConfig};
 
 use super::options::{self, TreeArgs, build_failed};
 use super::{CliError, Console};
@@ -32,6 +32,9 @@ use crate::scene::Mesh;
 pub(super) struct Args {
     #[command(flatten)]
     tree: TreeArgs,
+    /// What the builder reads: 32-byte boxes with a reference, or 40-byte triangles
+    #[arg(long, value_enum, default_value_t = Input::Aabb)]
+    input: Input,
     /// What the sorter writes and reads between its passes, by its size in bytes
     #[arg(long, value_enum, default_value_t = Record::Box32)]
     record: Record,
@@ -54,6 +57,15 @@ pub(super) struct Args {
     /// leaf-table, quantized-nodes
     #[arg(long, value_name = "NAME=BYTES")]
     region_limit: Vec<RegionLimit>,
+}
+
+/// `--input`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Input {
+    /// 32-byte boxes
+    Aabb,
+    /// 40-byte triangles
+    Triangle,
 }
 
 /// `--record`.
@@ -85,6 +97,10 @@ struct RegionLimit {
 pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let mut options = args.tree.build_options()?;
     let Engine::Function = args.engine;
+    options.config.input = match args.input {
+        Input::Aabb => InputFormat::Box32,
+        Input::Triangle => InputFormat::Triangle40,
+    };
     options.config.sort = SortConfig {
         capacity: args.capacity,
         burst: args.burst,
@@ -104,7 +120,7 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
 }
 
 /// The names of all memories, for the parser.
-fn memory_names() -> PossibleValuesParser {
+pub(super) fn memory_names() -> PossibleValuesParser {
     PossibleValuesParser::new(MEMORIES.iter().map(|memory| memory.name))
 }
 

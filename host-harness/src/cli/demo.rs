@@ -24,7 +24,7 @@ pub(super) struct Args {
     /// Another scene than the bundled sphereflake of 101,392 triangles
     #[arg(long)]
     scene: Option<String>,
-    /// Width and height of the pictures in pixels [default: 640x480]
+    /// Width and height of the pictures in pixels [default: 512x384]
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
     /// The axis that points up in the scene [default: y]
@@ -47,7 +47,7 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let start = Instant::now();
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("xylem-report"));
     output::folder(&out)?;
-    let size = args.size.unwrap_or(Size { width: 640, height: 480 });
+    let size = args.size.unwrap_or(Size { width: 512, height: 384 });
     let up = args.up.unwrap_or(Up::Y);
 
     let mesh = options::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE), Grid::DEFAULT)?;

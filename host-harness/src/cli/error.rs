@@ -5,11 +5,13 @@ use std::path::PathBuf;
 
 use xylem_core::error::BuildError;
 use xylem_core::traverse::TraceError;
+use xylem_firmware::job::JobError;
 
 use crate::bus::MemoryError;
 use crate::run::RunError;
 use crate::scene::SceneError;
 use crate::scene::rays::RayFileError;
+use crate::soc::SocError;
 
 /// Why a command failed. Messages say what, where and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -62,6 +64,17 @@ pub enum CliError {
     /// Standard output cannot be written to.
     #[error("standard output: cannot write to it: {0}; redirect it elsewhere")]
     Stdout(#[from] io::Error),
+    /// The soft core did not do its job.
+    #[error(transparent)]
+    Soc(#[from] SocError),
+    /// The soft core's job cannot be done, not even on the host.
+    #[error("{scene}: {source}; take a smaller scene or another --format")]
+    Job {
+        /// The scene.
+        scene: String,
+        /// What the job said.
+        source: JobError<MemoryError>,
+    },
     /// Options that do not go together.
     #[error("{0}")]
     Usage(String),

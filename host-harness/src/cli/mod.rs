@@ -13,6 +13,7 @@ mod progress;
 mod rays;
 mod render;
 mod scene;
+mod soc;
 mod trace;
 
 use std::process::ExitCode;
@@ -38,6 +39,7 @@ pub use error::CliError;
         xylem build bunny.obj.gz --format cbvh       build and compress one mesh\n  \
         xylem trace bunny.obj.gz --rays my.rays --hits my.hits\n  \
         xylem render terrain --out terrain.png       a picture of a computed scene\n  \
+        xylem soc cornell                            the same code on a RISC-V core\n  \
         xylem scene list                             scenes that need no file\n\n\
         Exit codes: 0 done, 1 failed, 2 wrong usage.",
     max_term_width = 100
@@ -58,6 +60,7 @@ enum Command {
     Trace(trace::Args),
     Render(render::Args),
     Scene(scene::Args),
+    Soc(soc::Args),
 }
 
 /// Runs the command line of this process and returns its exit code.
@@ -77,6 +80,7 @@ pub fn main() -> ExitCode {
         Some(Command::Trace(args)) => trace::run(&args, console),
         Some(Command::Render(args)) => render::run(&args, console),
         Some(Command::Scene(args)) => scene::run(&args, console),
+        Some(Command::Soc(args)) => soc::run(&args, console),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

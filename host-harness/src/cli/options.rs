@@ -7,7 +7,6 @@ use serde::Serialize;
 use xylem_core::node::NodeFormat;
 use xylem_core::num::{Grid, MortonWidth};
 use xylem_core::pipeline::BuildConfig;
-use xylem_core::sort::InputFormat;
 use xylem_core::traverse::Query;
 
 use super::{CliError, progress};
@@ -20,9 +19,6 @@ pub(super) struct TreeArgs {
     /// OBJ file (.obj, .obj.gz), a name in scenes/ or $XYLEM_SCENES, or a computed scene (see
     /// `xylem scene list`)
     pub scene: String,
-    /// What the builder reads: 32-byte boxes with a reference, or 40-byte triangles
-    #[arg(long, value_enum, default_value_t = Input::Aabb)]
-    input: Input,
     /// Nodes: bvh2 is two exact boxes in 64 bytes, cbvh two quantized ones in 16 [default: bvh2, or
     /// cbvh if --compress or --coords is given]
     #[arg(long, value_enum)]
@@ -46,15 +42,6 @@ pub(super) struct TreeArgs {
     #[arg(long, value_name = "BITS", default_value_t = 24,
           value_parser = clap::value_parser!(u8).range(4..=24))]
     grid: u8,
-}
-
-/// `--input`.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Input {
-    /// 32-byte boxes
-    Aabb,
-    /// 40-byte triangles
-    Triangle,
 }
 
 /// `--format`.
@@ -144,10 +131,6 @@ impl TreeArgs {
             morton: match self.morton {
                 Morton::Bits30 => MortonWidth::Bits30,
                 Morton::Bits63 => MortonWidth::Bits63,
-            },
-            input: match self.input {
-                Input::Aabb => InputFormat::Box32,
-                Input::Triangle => InputFormat::Triangle40,
             },
             max_leaf_size: self.max_leaf,
             ..BuildConfig::default()

@@ -206,7 +206,7 @@ pub(super) fn shaded(
     up: UpAxis,
 ) -> Result<Picture, CliError> {
     let bar = progress::bar(u64::from(camera.height()), "drawing");
-    let shading = Shading { mesh, memory: &run.memory, scene, camera, up, sky_rays: 4 };
+    let shading = Shading { mesh, memory: &run.memory, scene, camera, up, sky_rays: 2 };
     let picture = shading
         .draw(|| bar.inc(1))
         .map_err(|source| CliError::Trace { scene: mesh.name.clone(), source })?;

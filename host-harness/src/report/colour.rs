@@ -18,11 +18,22 @@ pub fn heat(t: f64) -> Rgb {
     let lightness = 0.10 + 0.87 * t;
     // Most colourful in the middle, where the display has most to give; grey at both ends.
     let chroma = 0.40 * t * (1.0 - t) + 0.085 * (1.0 - (2.0 * t - 1.0).powi(4)) + 0.06 * t;
-    // Where the display cannot show it, less chroma keeps lightness and hue.
-    let steps = (0..=20).map(|i| chroma * (1.0 - f64::from(i) / 20.0));
-    let shown = steps.map(|c| oklab(lightness, c * hue.cos(), c * hue.sin()));
-    let inside = |c: &[f64; 3]| c.iter().all(|c| (-1e-4..=1.0001).contains(c));
-    shown.into_iter().find(inside).unwrap_or([lightness.powi(3); 3]).map(encode)
+    let shown = |chroma: f64| oklab(lightness, chroma * hue.cos(), chroma * hue.sin());
+    let inside = |chroma| shown(chroma).iter().all(|c| (-1e-4..=1.0001).contains(c));
+    // Where the display cannot show it, less chroma keeps lightness and hue; grey can be shown.
+    let (mut low, mut high) = (0.0, chroma);
+    if inside(high) {
+        low = high;
+    }
+    while high - low > 1e-4 {
+        let middle = (low + high) / 2.0;
+        if inside(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    shown(low).map(encode)
 }
 
 /// Oklab to linear light.

@@ -39,13 +39,9 @@ impl HeatMap {
         sorted.sort_unstable();
         let at = (sorted.len() * 999).div_ceil(1000).max(1) - 1;
         let enough = sorted.get(at).copied().unwrap_or(0).max(1);
-        // 4, 8, .. 40, 60, 80, .. 200, 240, .. 400, 600, ..
-        let tens = 10u64.pow(enough.ilog10()) / 10;
-        let step = match enough / tens.max(1) {
-            ..20 => 4,
-            20..40 => 4 * tens.max(1),
-            _ => 20 * tens.max(1),
-        };
+        // 4, 8, .. 40, 60, 80, 100, 120, 160, .. 400, 600, ..
+        let tens = (10u64.pow(enough.ilog10()) / 10).max(1);
+        let step = if enough < 40 * tens { 4 * tens } else { 20 * tens };
         enough.next_multiple_of(step)
     }
 
@@ -96,18 +92,20 @@ mod tests {
         counts[0] = 0;
         counts[1] = 500;
         let map = HeatMap { what: "node visits".into(), width: 80, counts };
-        assert_eq!((map.top(), map.max()), (10, 500));
+        assert_eq!((map.top(), map.max()), (12, 500));
         let picture = map.picture(map.top());
         assert_eq!(picture.width(), 80);
         assert!(picture.height() > 50);
-        assert_eq!(picture.pixels()[..3], [heat(0.0), heat(1.0), heat(1.0)]);
+        assert_eq!(picture.pixels()[..3], [heat(0.0), heat(1.0), heat(10.0 / 12.0)]);
     }
 
     #[test]
     fn an_empty_map_and_one_of_zeros_have_pictures() {
         let of = |counts: Vec<u64>| HeatMap { what: "tests".into(), width: 2, counts };
         assert_eq!(of(vec![0; 4]).picture(of(vec![0; 4]).top()).pixels()[0], heat(0.0));
-        assert_eq!(of(vec![]).top(), 1);
+        let tops = [0, 39, 41, 121, 399, 401, 1999].map(|n| of(vec![n]).top());
+        assert_eq!(tops, [4, 40, 60, 160, 400, 600, 2000]);
+        assert_eq!(of(vec![]).top(), 4);
         assert_eq!(of(vec![]).mean(), None);
         assert!(of(vec![]).picture(1).height() > 0);
     }

@@ -3,6 +3,8 @@
 //! Matt clay under a key light with shadows and an open sky: a primary ray a sample (closest hit), a
 //! ray to the light and some into the hemisphere (any hit). Only the light's arithmetic is in float.
 
+use std::f64::consts::TAU;
+
 use rayon::prelude::*;
 use xylem_core::traverse::{self, Query, Scene, TraceError};
 
@@ -10,7 +12,7 @@ use super::Picture;
 use super::colour::{Rgb, encode};
 use super::view::{cross, dot, unit, up_vector};
 use crate::bus::{FlatMemory, MemoryError};
-use crate::scene::{Camera, GridRay, Mesh, SceneRay, UpAxis, sampling};
+use crate::scene::{Camera, GridRay, Mesh, Random, SceneRay, UpAxis, sampling};
 
 /// What a shaded picture is made of.
 #[derive(Debug)]
@@ -37,6 +39,9 @@ const SUN: Vec3 = [1.22, 1.10, 0.90];
 const CLAY: Vec3 = [0.55, 0.50, 0.44];
 /// The background at the bottom and at the top.
 const BACKGROUND: [Vec3; 2] = [[0.36, 0.40, 0.46], [0.10, 0.14, 0.22]];
+
+/// How large the light is: soft edges of shadows.
+const SUN_RADIUS: f64 = 0.025;
 
 /// How far a sky ray looks, as a share of the scene box's diagonal.
 const SKY_REACH: f64 = 0.3;
@@ -85,29 +90,37 @@ impl Shading<'_> {
         let (a, b, c) = (wide(a), wide(b), wide(c));
         let normal = unit(cross(minus(b, a), minus(c, a)));
         let normal = if dot(normal, direction) > 0.0 { normal.map(|c| -c) } else { normal };
-        let answer = grid_ray.hit(Some(&hit));
+        let lift = sampling::lift(&self.mesh.frame, a);
+        let (u, v): (f64, f64) = (hit.u.to_num(), hit.v.to_num());
+        let surface = along(along(a, u, minus(b, a)), v, minus(c, a));
+        let start = along(surface, lift, normal).map(|c| c as f32);
 
-        let mut open = 0;
-        let seed = index * self.sky_rays as usize;
-        for i in 0..self.sky_rays as usize {
-            if let Some(sky) = sampling::bounce(self.mesh, &ray, &answer, 1, seed + i) {
-                let sky = SceneRay { t_max: light.reach as f32, ..sky };
-                open += u32::from(self.trace(&self.on_grid(&sky), Query::Any)?.is_none());
-            }
-        }
-        let open = if self.sky_rays == 0 { 1.0 } else { f64::from(open) / f64::from(self.sky_rays) };
+        let pixel = index / self.camera.rays_per_pixel() as usize;
+        let sample = index % self.camera.rays_per_pixel() as usize;
+        let mut random = Random::stream(1, pixel as u64);
+        let (turn, offset) = (random.unit(), random.unit());
+        let blocked = |direction: Vec3, t_max: f64| {
+            let direction = direction.map(|c| c as f32);
+            let ray = SceneRay { origin: start, direction, t_min: 0.0, t_max: t_max as f32 };
+            Ok(self.trace(&self.on_grid(&ray), Query::Any)?.is_some())
+        };
 
-        let facing = dot(normal, light.direction);
-        let mut sun = 0.0;
-        // The bounce gives the point off the surface that a shadow ray starts from, too.
-        if facing > 0.0
-            && let Some(start) = sampling::bounce(self.mesh, &ray, &answer, 1, index)
-        {
-            let shadow = SceneRay { direction: light.direction.map(|c| c as f32), ..start };
-            if self.trace(&self.on_grid(&shadow), Query::Any)?.is_none() {
-                sun = facing;
-            }
+        let rays = self.sky_rays * self.camera.rays_per_pixel();
+        let mut open = 0u32;
+        for i in 0..self.sky_rays {
+            // A disc projected up to the hemisphere is cosine-weighted (Malley).
+            let at = spiral(sample as u32 * self.sky_rays + i, rays, turn, offset);
+            let up = (1.0 - at[0] * at[0] - at[1] * at[1]).max(0.0).sqrt();
+            let direction = around(normal, at, up);
+            open += u32::from(!blocked(direction, light.reach)?);
         }
+        let open = if rays == 0 { 1.0 } else { f64::from(open) / f64::from(self.sky_rays) };
+
+        let at = spiral(sample as u32, self.camera.rays_per_pixel(), offset, turn);
+        let towards = unit(around(light.direction, at.map(|c| c * SUN_RADIUS), 1.0));
+        let facing = dot(normal, towards);
+        let lit = facing > 0.0 && !blocked(towards, f64::INFINITY)?;
+        let sun = if lit { facing } else { 0.0 };
         // A little light from the camera gives form to what lies in the shade.
         let head = 0.12 * -dot(normal, direction);
         Ok([0, 1, 2].map(|i| CLAY[i] * (SKY[i] * open + SUN[i] * sun + head)))
@@ -145,6 +158,28 @@ struct Light {
     direction: Vec3,
     /// How far sky rays look, in scene units.
     reach: f64,
+}
+
+/// Point `i` of `count` points that are spread evenly over the unit disc (Vogel's spiral), turned
+/// and shifted along by fractions of a turn and a step.
+fn spiral(i: u32, count: u32, turn: f64, shift: f64) -> [f64; 2] {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let radius = ((f64::from(i) + shift) / f64::from(count.max(1))).sqrt();
+    let (sin, cos) = (TAU * (f64::from(i) * GOLDEN + turn)).sin_cos();
+    [radius * cos, radius * sin]
+}
+
+/// A vector that has `up` along a unit vector and `at` across it.
+fn around(axis: Vec3, at: [f64; 2], up: f64) -> Vec3 {
+    let helper = if axis[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+    let side = unit(cross(helper, axis));
+    let front = cross(axis, side);
+    along(along(axis.map(|c| c * up), at[0], side), at[1], front)
+}
+
+/// `a + s b`.
+fn along(a: Vec3, s: f64, b: Vec3) -> Vec3 {
+    [0, 1, 2].map(|i| a[i] + s * b[i])
 }
 
 fn wide(a: [f32; 3]) -> Vec3 {
