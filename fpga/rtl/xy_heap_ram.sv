@@ -74,15 +74,16 @@ module xy_heap_ram #(
     end
   end
 
-  // The four banks at the row: what memory or vacancy says, and whether the entry that will be held
-  // in the next cycle is to stand in for it. All this is early; which pair is wanted comes late.
+  // The four banks at the row: what the memory says, and whether vacancy or the entry that will be
+  // held in the next cycle is to stand in for it. All this is early; which pair is wanted comes
+  // late, and must meet no logic but the selection.
   logic [3:0][EntryWidth-1:0] bank_data;
-  logic [3:0]                 bank_held;
+  logic [3:0]                 bank_vacant, bank_held;
 
   for (genvar b = 0; b < 4; b++) begin : gen_bank
     localparam logic [1:0] Bank = 2'(b);
-    logic [EntryWidth-1:0] read_data, known_data;
-    logic                  vacant, written;
+    logic [EntryWidth-1:0] read_data;
+    logic                  here, unfilled;
 
     // One memory a bank, so that a bank that is not written cannot collide.
     xy_ram #(
@@ -99,15 +100,15 @@ module xy_heap_ram #(
     );
 
     if (Block) begin : gen_collision
-      assign known_data = (held_pos_q == {Bank, row_i}) ? held_entry_q : read_data;
+      assign bank_data[b] = (held_pos_q == {Bank, row_i}) ? held_entry_q : read_data;
     end else begin : gen_no_collision
-      assign known_data = read_data;
+      assign bank_data[b] = read_data;
     end
 
-    assign vacant       = {1'b0, Bank, row_i} >= fill_q;
-    assign written      = write_i && (pos_i == {Bank, row_i});
-    assign bank_data[b] = vacant ? '1 : known_data;
-    assign bank_held[b] = written || (!write_i && !vacant && (held_pos_q == {Bank, row_i}));
+    assign here           = pos_i == {Bank, row_i};
+    assign unfilled       = {1'b0, Bank, row_i} >= fill_q;
+    assign bank_vacant[b] = unfilled && !(write_i && here);
+    assign bank_held[b]   = write_i ? here : (held_pos_q == {Bank, row_i});
   end
 
   if (!Block) begin : gen_unused
@@ -116,17 +117,21 @@ module xy_heap_ram #(
   end
 
   logic [EntryWidth-1:0] left_q, right_q;
+  logic left_vacant_q, right_vacant_q;
   logic left_held_q, right_held_q;
 
   always_ff @(posedge clk_i) begin
-    left_q       <= pair_i ? bank_data[1] : bank_data[0];
-    right_q      <= pair_i ? bank_data[3] : bank_data[2];
-    left_held_q  <= pair_i ? bank_held[1] : bank_held[0];
-    right_held_q <= pair_i ? bank_held[3] : bank_held[2];
+    left_q         <= pair_i ? bank_data[1] : bank_data[0];
+    right_q        <= pair_i ? bank_data[3] : bank_data[2];
+    left_vacant_q  <= pair_i ? bank_vacant[1] : bank_vacant[0];
+    right_vacant_q <= pair_i ? bank_vacant[3] : bank_vacant[2];
+    left_held_q    <= pair_i ? bank_held[1] : bank_held[0];
+    right_held_q   <= pair_i ? bank_held[3] : bank_held[2];
   end
 
-  assign left_o  = left_held_q ? held_entry_q : left_q;
-  assign right_o = right_held_q ? held_entry_q : right_q;
+  // Vacancy comes first: what is held for a vacant position is from before a clear.
+  assign left_o  = left_vacant_q ? '1 : (left_held_q ? held_entry_q : left_q);
+  assign right_o = right_vacant_q ? '1 : (right_held_q ? held_entry_q : right_q);
 
 `ifndef SYNTHESIS
   initial begin

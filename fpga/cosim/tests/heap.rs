@@ -91,16 +91,16 @@ const MUTATIONS: [(&str, Mutation); 7] = [
         "a level's last write is not bypassed",
         Mutation {
             file: "xy_heap_ram.sv",
-            from: "right_o = right_held_q ? held_entry_q : right_q",
-            to: "right_o = right_q",
+            from: "right_vacant_q ? '1 : (right_held_q ? held_entry_q : right_q)",
+            to: "right_vacant_q ? '1 : right_q",
         },
     ),
     (
         "block memory's collision is not bypassed",
         Mutation {
             file: "xy_heap_ram.sv",
-            from: "known_data = (held_pos_q == {Bank, row_i}) ? held_entry_q : read_data",
-            to: "known_data = read_data",
+            from: "bank_data[b] = (held_pos_q == {Bank, row_i}) ? held_entry_q : read_data",
+            to: "bank_data[b] = read_data",
         },
     ),
     (
