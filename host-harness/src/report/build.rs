@@ -7,7 +7,7 @@ use xylem_core::error::RegionName;
 use xylem_core::node::{LeafEntry, NodeFormat};
 use xylem_core::probe::Stage;
 use xylem_core::quality::Quality;
-use xylem_core::sort::InputFormat;
+use xylem_core::sort::{InputFormat, RecordFormat};
 
 use super::{Table, units};
 use crate::bus::Traffic;
@@ -25,6 +25,18 @@ pub struct BuildReport {
     pub coords: Option<&'static str>,
     /// The input, as `--input` names it.
     pub input: &'static str,
+    /// What runs consist of, as `--record` names it.
+    pub record: &'static str,
+    /// Records that the sorter's scratchpad holds.
+    pub capacity: u32,
+    /// Records in a burst.
+    pub burst: u32,
+    /// Bits of a Morton code.
+    pub morton_bits: u32,
+    /// Bits of a grid coordinate.
+    pub grid_bits: u8,
+    /// The largest leaf that was allowed, in primitives.
+    pub max_leaf: u32,
     /// The memory whose time is modelled, as `--memory` names it.
     pub memory: &'static str,
     /// The modelled clock in MHz.
@@ -139,14 +151,25 @@ impl BuildReport {
         let build_cycles = timed.then(|| run.cycles());
         let clock_mhz = options.memory.clock_mhz;
         let (format, coords) = Self::format_words(tree.format);
+        let config = &options.config;
         Self {
             scene: scene.to_owned(),
             format,
             coords,
-            input: match options.config.input {
+            input: match config.input {
                 InputFormat::Box32 => "aabb",
                 InputFormat::Triangle40 => "triangle",
             },
+            record: match config.sort.record {
+                RecordFormat::Box32 => "box32",
+                RecordFormat::Packed22 => "packed22",
+                RecordFormat::Pair8 => "pair8",
+            },
+            capacity: config.sort.capacity,
+            burst: config.sort.burst,
+            morton_bits: config.morton.bits(),
+            grid_bits: config.grid.bits(),
+            max_leaf: config.max_leaf_size,
             memory: options.memory.name,
             clock_mhz,
             primitives: u64::from(tree.entry_count),
@@ -167,6 +190,20 @@ impl BuildReport {
             stages: stages(&run.traffic, timed),
             regions: regions(&run.traffic),
         }
+    }
+
+    /// The builder's parameters in words.
+    pub fn configuration(&self) -> String {
+        format!(
+            "input {}, runs of {}, M = {}, B = {}, {}-bit Morton codes, {}-bit grid, leaves to {}",
+            self.input,
+            self.record,
+            self.capacity,
+            self.burst,
+            self.morton_bits,
+            self.grid_bits,
+            self.max_leaf
+        )
     }
 
     /// Traffic by stage.
@@ -211,7 +248,8 @@ impl fmt::Display for BuildReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let optional = |n: Option<f64>| n.map_or("n/a".into(), |n| format!("{n:.2}"));
         let coords = self.coords.map_or(String::new(), |c| format!(", {c} coordinates"));
-        writeln!(f, "{}: {}{coords}, input {}", self.scene, self.format, self.input)?;
+        writeln!(f, "{}: {}{coords}", self.scene, self.format)?;
+        writeln!(f, "  {}", self.configuration())?;
         writeln!(
             f,
             "  {} primitives in {} leaves ({} mean, {} largest), {} nodes, depth {}",

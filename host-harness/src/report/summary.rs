@@ -191,7 +191,7 @@ impl Summary {
         table
             .row(["command".to_owned(), format!("xylem --scene {}", build.scene)])
             .row(["version".to_owned(), self.version.to_owned()])
-            .row(["builder input".to_owned(), build.input.to_owned()])
+            .row(["builder".to_owned(), build.configuration()])
             .row(["memory model".to_owned(), format!("{} at {} MHz", build.memory, build.clock_mhz)])
             .row(["host build and compression".to_owned(), format!("{:.1} ms", build.host_ms)])
             .row(["host, everything".to_owned(), format!("{:.1} s", self.host_s)])
