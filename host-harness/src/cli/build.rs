@@ -11,7 +11,7 @@ use super::options::{self, TreeArgs, build_failed};
 use super::{CliError, Console};
 use crate::bus::{MEMORIES, MemoryTiming};
 use crate::report::BuildReport;
-use crate::run::{self, BuildOptions, Buffers};
+use crate::run::{self, Buffers, BuildOptions};
 use crate::scene::Mesh;
 
 /// Build the tree of a scene and print what it took

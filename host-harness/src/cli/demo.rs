@@ -73,9 +73,8 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let (checked, mismatches) = checks.fold((0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
     spinner.finish_and_clear();
 
-    let maps = [0, 1].map(|i| {
-        render::heat_map(Heat::Nodes, size.width, &sets[0].traced[i].per_ray)
-    });
+    let maps =
+        [0, 1].map(|i| render::heat_map(Heat::Nodes, size.width, &sets[0].traced[i].per_ray));
     let top = maps.iter().map(|map| map.top()).max().unwrap_or(1);
     let shaded = render::shaded(&mesh, &run, run.scene, camera.with_strata(2, 1), up.into())?;
     let page = out.join("index.html");

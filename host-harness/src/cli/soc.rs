@@ -114,8 +114,8 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
         rays,
         ..SceneBlob::default()
     };
-    let host = run_on_host(&blob)?
-        .map_err(|source| CliError::Job { scene: mesh.name.clone(), source })?;
+    let host =
+        run_on_host(&blob)?.map_err(|source| CliError::Job { scene: mesh.name.clone(), source })?;
     let spinner = progress::spinner(format!("running {} on {engine}", mesh.name));
     let options = Options { time: Duration::from_secs(args.timeout), memory };
     let outcome = soc::run(engine, &elf, &blob, &options)?;

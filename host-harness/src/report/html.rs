@@ -27,7 +27,8 @@ pub struct Page {
 impl Page {
     /// A page with a title and a line below it.
     pub fn new(title: &str, below: &str) -> Self {
-        let body = format!("<h1>{}</h1>\n<p class=\"below\">{}</p>\n", escape(title), escape(below));
+        let body =
+            format!("<h1>{}</h1>\n<p class=\"below\">{}</p>\n", escape(title), escape(below));
         Self { title: title.to_owned(), body }
     }
 
@@ -187,7 +188,9 @@ mod tests {
             Figure::picture(b"foo", "p", Source::Traced),
         ]);
         let html = page.finish();
-        assert!(html.contains("<title>a &lt; b</title>") && html.contains("&quot;quoted&quot; &amp;"));
+        assert!(
+            html.contains("<title>a &lt; b</title>") && html.contains("&quot;quoted&quot; &amp;")
+        );
         assert!(html.contains("&lt;script&gt;") && !html.contains("<script"));
         assert!(html.contains("data:image/png;base64,Zm9v\""));
         assert!(html.contains("class=\"mark modelled\">modelled<"));

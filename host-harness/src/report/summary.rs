@@ -155,7 +155,14 @@ impl Summary {
 
     fn ray_table(&self) -> Table {
         let mut table = Table::new([
-            "set", "tree", "rays", "hits", "boxes/ray", "tris/ray", "nodes/ray", "bytes/ray",
+            "set",
+            "tree",
+            "rays",
+            "hits",
+            "boxes/ray",
+            "tris/ray",
+            "nodes/ray",
+            "bytes/ray",
             "rays/s",
         ]);
         for RaySetReport { set, trace } in &self.rays {
@@ -192,7 +199,10 @@ impl Summary {
             .row(["command".to_owned(), format!("xylem --scene {}", build.scene)])
             .row(["version".to_owned(), self.version.to_owned()])
             .row(["builder".to_owned(), build.configuration()])
-            .row(["memory model".to_owned(), format!("{} at {} MHz", build.memory, build.clock_mhz)])
+            .row([
+                "memory model".to_owned(),
+                format!("{} at {} MHz", build.memory, build.clock_mhz),
+            ])
             .row(["host build and compression".to_owned(), format!("{:.1} ms", build.host_ms)])
             .row(["host, everything".to_owned(), format!("{:.1} s", self.host_s)])
             .row(["host threads".to_owned(), rayon::current_num_threads().to_string()]);
