@@ -31,7 +31,7 @@ module xy_heap #(
     parameter int unsigned Levels     = 8,   // 3 or more
     parameter int unsigned KeyWidth   = 30,
     parameter int unsigned SlotWidth  = 8,
-    parameter int unsigned BlockLevel = 6    // first level in block memory
+    parameter int unsigned BlockLevel = 7    // first level in block memory
 ) (
     input  logic                 clk_i,
     input  logic                 rst_ni,
@@ -52,12 +52,11 @@ module xy_heap #(
   // An entry is {infinite, key, slot}.
   localparam int unsigned EntryWidth = 1 + KeyWidth + SlotWidth;
 
-  // Operation into stage k (k = Levels: out of the last stage, always idle).
-  logic             [Levels:0]                 stage_valid;
-  xy_pkg::heap_op_e [Levels:0]                 stage_op;
-  logic             [Levels:0][Levels-1:0]     stage_path;
-  logic             [Levels:0][EntryWidth-1:0] stage_entry;
-  logic             [Levels:0][EntryWidth-1:0] stage_own;
+  // Operation into stage k (k = Levels: out of the last stage).
+  logic [Levels:0]                 stage_insert, stage_replace, stage_clear;
+  logic [Levels:0][Levels-1:0]     stage_path;
+  logic [Levels:0][EntryWidth-1:0] stage_entry;
+  logic [Levels:0][EntryWidth-1:0] stage_own;
 
   // Children that level k offers to the stage above; none below the last level.
   logic [Levels:0][EntryWidth-1:0] left, right;
@@ -88,24 +87,23 @@ module xy_heap #(
   assign child_lower = left[0] < entry;
   assign top_stays   = top_q < entry;
 
-  logic                  error, below_valid;
-  xy_pkg::heap_op_e      below_op;
+  logic                  error, insert, replace, clear;
   logic [EntryWidth-1:0] below_entry;
 
   always_comb begin
     error       = 1'b0;
+    insert      = 1'b0;
+    replace     = 1'b0;
+    clear       = 1'b0;
     top_d       = top_q;
     size_d      = size_q;
-    below_valid = 1'b0;
-    below_op    = xy_pkg::HeapReplace;
     below_entry = entry;
     unique case (op_i)
       xy_pkg::HeapInsert: begin
-        below_op = xy_pkg::HeapInsert;
-        error    = taken && full;
+        error = taken && full;
         if (taken && !full) begin
-          size_d      = size_q + 1'b1;
-          below_valid = !empty;
+          size_d = size_q + 1'b1;
+          insert = !empty;
           if (!top_stays) top_d = entry;
         end
         if (!top_stays) below_entry = top_q;
@@ -113,27 +111,27 @@ module xy_heap #(
       xy_pkg::HeapReplace, xy_pkg::HeapRemove: begin
         error = taken && vacant;
         if (taken && !vacant) begin
-          below_valid = child_lower;
-          top_d       = child_lower ? left[0] : entry;
+          replace = child_lower;
+          top_d   = child_lower ? left[0] : entry;
         end
       end
       xy_pkg::HeapClear: begin
-        below_op = xy_pkg::HeapClear;
         if (taken) begin
-          below_valid = 1'b1;
-          size_d      = '0;
-          top_d       = entry;
+          clear  = 1'b1;
+          size_d = '0;
+          top_d  = entry;
         end
       end
       default: ;
     endcase
   end
 
-  assign stage_valid[0] = below_valid;
-  assign stage_op[0]    = below_op;
-  assign stage_path[0]  = size_q[Levels-1:0];
-  assign stage_entry[0] = below_entry;
-  assign stage_own[0]   = left[0];
+  assign stage_insert[0]  = insert;
+  assign stage_replace[0] = replace;
+  assign stage_clear[0]   = clear;
+  assign stage_path[0]    = size_q[Levels-1:0];
+  assign stage_entry[0]   = below_entry;
+  assign stage_own[0]     = left[0];
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -158,7 +156,7 @@ module xy_heap #(
   // --- Levels ---
 
   for (genvar k = 0; k < Levels; k++) begin : gen_level
-    logic clear, write, grow;
+    logic level_clear, write, grow;
     logic [EntryWidth-1:0] write_entry;
 
     xy_heap_stage #(
@@ -168,20 +166,22 @@ module xy_heap #(
     ) u_stage (
         .clk_i,
         .rst_ni,
-        .valid_i      (stage_valid[k]),
-        .op_i         (stage_op[k]),
+        .insert_i     (stage_insert[k]),
+        .replace_i    (stage_replace[k]),
+        .clear_i      (stage_clear[k]),
         .path_i       (stage_path[k]),
         .entry_i      (stage_entry[k]),
         .own_i        (stage_own[k]),
         .left_i       (left[k+1]),
         .right_i      (right[k+1]),
-        .clear_o      (clear),
+        .clear_o      (level_clear),
         .write_o      (write),
         .grow_o       (grow),
         .pos_o        (pos[k]),
         .write_entry_o(write_entry),
-        .valid_o      (stage_valid[k+1]),
-        .op_o         (stage_op[k+1]),
+        .insert_o     (stage_insert[k+1]),
+        .replace_o    (stage_replace[k+1]),
+        .clear_below_o(stage_clear[k+1]),
         .path_o       (stage_path[k+1]),
         .entry_o      (stage_entry[k+1]),
         .own_o        (stage_own[k+1])
@@ -201,7 +201,7 @@ module xy_heap #(
       ) u_store (
           .clk_i,
           .rst_ni,
-          .clear_i (clear),
+          .clear_i (level_clear),
           .write_i (write),
           .pos_i   (pos[k][1:0] & 2'(2 ** k - 1)),
           .entry_i (write_entry),
@@ -220,7 +220,7 @@ module xy_heap #(
       ) u_store (
           .clk_i,
           .rst_ni,
-          .clear_i   (clear),
+          .clear_i   (level_clear),
           .write_i   (write),
           .grow_i    (grow),
           .pos_i     (pos[k][k-1:0]),
@@ -238,8 +238,9 @@ module xy_heap #(
   assign right[Levels] = '1;
 
   logic unused_below_last;
-  assign unused_below_last = ^{stage_valid[Levels], stage_op[Levels], stage_path[Levels],
-                               stage_entry[Levels], stage_own[Levels], right[0]};
+  assign unused_below_last = ^{stage_insert[Levels], stage_replace[Levels], stage_clear[Levels],
+                               stage_path[Levels], stage_entry[Levels], stage_own[Levels],
+                               right[0]};
 
 `ifndef SYNTHESIS
   initial begin
@@ -254,7 +255,7 @@ module xy_heap #(
   // Nothing may leave the last level: the entry would be lost.
   a_nothing_lost :
   assert property (@(posedge clk_i) disable iff (!rst_ni)
-      stage_valid[Levels] |-> stage_op[Levels] == xy_pkg::HeapClear);
+      !stage_insert[Levels] && !stage_replace[Levels]);
 
   // The count of inserts never passes the capacity.
   a_no_overflow :

@@ -22,9 +22,11 @@ module xy_heap_stage #(
 ) (
     input  logic                  clk_i,
     input  logic                  rst_ni,
-    // Operation from above
-    input  logic                  valid_i,
-    input  xy_pkg::heap_op_e      op_i,     // insert, replace or clear
+    // Operation from above, at most one of three: one register each, so that no decoding stands
+    // between a comparison and what it decides
+    input  logic                  insert_i,
+    input  logic                  replace_i,
+    input  logic                  clear_i,
     input  logic [Levels-1:0]     path_i,
     input  logic [EntryWidth-1:0] entry_i,
     input  logic [EntryWidth-1:0] own_i,
@@ -38,25 +40,31 @@ module xy_heap_stage #(
     output logic [Levels-1:0]     pos_o,    // path of the operation here; position in its low bits
     output logic [EntryWidth-1:0] write_entry_o,
     // Operation to below
-    output logic                  valid_o,
-    output xy_pkg::heap_op_e      op_o,
+    output logic                  insert_o,
+    output logic                  replace_o,
+    output logic                  clear_below_o,
     output logic [Levels-1:0]     path_o,
     output logic [EntryWidth-1:0] entry_o,
     output logic [EntryWidth-1:0] own_o
 );
 
-  logic                  valid_q;
-  xy_pkg::heap_op_e      op_q;
+  logic                  insert_q, replace_q, clear_q;
   logic [Levels-1:0]     path_q;
   logic [EntryWidth-1:0] entry_q, own_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
-    if (!rst_ni) valid_q <= 1'b0;
-    else valid_q <= valid_i;
+    if (!rst_ni) begin
+      insert_q  <= 1'b0;
+      replace_q <= 1'b0;
+      clear_q   <= 1'b0;
+    end else begin
+      insert_q  <= insert_i;
+      replace_q <= replace_i;
+      clear_q   <= clear_i;
+    end
   end
 
   always_ff @(posedge clk_i) begin
-    op_q    <= op_i;
     path_q  <= path_i;
     entry_q <= entry_i;
     own_q   <= own_i;
@@ -72,43 +80,27 @@ module xy_heap_stage #(
   logic at_end;
   assign at_end = (path_q >> (Level + 1)) == '0;
 
-  logic descend, take_child, take_own;
-  assign descend    = right_wins ? right_lower : left_lower;
-  assign take_child = descend && (op_q == xy_pkg::HeapReplace);
-  assign take_own   = own_stays && !at_end && (op_q == xy_pkg::HeapInsert);
+  logic descend, take_own;
+  assign descend  = replace_q && (right_wins ? right_lower : left_lower);
+  assign take_own = insert_q && !at_end && own_stays;
 
-  assign op_o  = op_q;
-  assign pos_o = path_q;
-  assign own_o = path_q[Level] ? right_i : left_i;
+  // This level. The last decision selects between what the earlier ones have prepared.
+  assign clear_o       = clear_q;
+  assign write_o       = insert_q || replace_q;
+  assign grow_o        = insert_q && at_end;
+  assign pos_o         = path_q;
+  assign write_entry_o = descend ? (right_wins ? right_i : left_i) : (take_own ? own_q : entry_q);
 
-  // The last decision selects between what the earlier ones have prepared.
-  assign write_entry_o = take_child ? (right_wins ? right_i : left_i) : (take_own ? own_q : entry_q);
+  // The levels below.
+  assign insert_o      = insert_q && !at_end;
+  assign replace_o     = descend;
+  assign clear_below_o = clear_q;
+  assign entry_o       = (insert_q && !own_stays) ? own_q : entry_q;
+  assign own_o         = path_q[Level] ? right_i : left_i;
 
   always_comb begin
-    clear_o       = 1'b0;
-    write_o       = 1'b0;
-    grow_o        = 1'b0;
-    valid_o       = 1'b0;
-    path_o        = path_q;
-    entry_o       = entry_q;
-    unique case (op_q)
-      xy_pkg::HeapInsert: begin
-        write_o = valid_q;
-        grow_o  = valid_q && at_end;
-        valid_o = valid_q && !at_end;
-        if (!own_stays) entry_o = own_q;
-      end
-      xy_pkg::HeapReplace: begin
-        write_o       = valid_q;
-        valid_o       = valid_q && descend;
-        path_o[Level] = right_wins;
-      end
-      xy_pkg::HeapClear: begin
-        clear_o = valid_q;
-        valid_o = valid_q;
-      end
-      default: ;
-    endcase
+    path_o = path_q;
+    if (replace_q) path_o[Level] = right_wins;
   end
 
 `ifndef SYNTHESIS
@@ -116,18 +108,19 @@ module xy_heap_stage #(
     if (Level >= Levels) $fatal(1, "xy_heap_stage: Level is %0d of %0d", Level, Levels);
   end
 
-  // The top turns a remove into a replace.
-  a_known_op :
-  assert property (@(posedge clk_i) disable iff (!rst_ni) valid_q |-> op_q != xy_pkg::HeapRemove);
+  a_one_operation :
+  assert property (@(posedge clk_i) disable iff (!rst_ni)
+      $onehot0({insert_q, replace_q, clear_q}));
 
   // The children of a hole are settled only if the operation before has left the level below.
   a_spacing :
-  assert property (@(posedge clk_i) disable iff (!rst_ni) valid_q |-> !valid_i);
+  assert property (@(posedge clk_i) disable iff (!rst_ni)
+      insert_q || replace_q || clear_q |-> !(insert_i || replace_i || clear_i));
 
   // What goes down is never below what stays, or the order is lost.
   a_order :
   assert property (@(posedge clk_i) disable iff (!rst_ni)
-      valid_o && (op_q != xy_pkg::HeapClear) |-> write_entry_o <= entry_o);
+      insert_o || replace_o |-> write_entry_o <= entry_o);
 `endif
 
 endmodule

@@ -5,7 +5,7 @@ module xy_heap_ooc #(
     parameter int unsigned Levels     = 8,
     parameter int unsigned KeyWidth   = 30,
     parameter int unsigned SlotWidth  = 8,
-    parameter int unsigned BlockLevel = 6
+    parameter int unsigned BlockLevel = 7
 ) (
     input  logic clk_i,
     input  logic rst_ni,

@@ -32,13 +32,13 @@ pub struct HeapConfig {
 impl HeapConfig {
     /// 16 entries: for tests that must fill it often, and for small devices.
     pub const SMALL: Self =
-        Self { name: "small", levels: 4, key_bits: 30, slot_bits: 4, block_level: 6 };
+        Self { name: "small", levels: 4, key_bits: 30, slot_bits: 4, block_level: 7 };
     /// 256 entries of 30-bit Morton codes: the merge of the paper.
     pub const PAPER: Self =
-        Self { name: "paper", levels: 8, key_bits: 30, slot_bits: 8, block_level: 6 };
+        Self { name: "paper", levels: 8, key_bits: 30, slot_bits: 8, block_level: 7 };
     /// 256 entries of 63-bit Morton codes.
     pub const WIDE: Self =
-        Self { name: "wide", levels: 8, key_bits: 63, slot_bits: 8, block_level: 6 };
+        Self { name: "wide", levels: 8, key_bits: 63, slot_bits: 8, block_level: 7 };
     /// Every named configuration.
     pub const ALL: [Self; 3] = [Self::SMALL, Self::PAPER, Self::WIDE];
 
