@@ -42,7 +42,7 @@ impl Numbers {
     fn around(&mut self, reach: i32) -> i32 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         let unit = (self.0 >> 33) as i64;
-        ((unit * i64::from(reach) >> 30) - i64::from(reach)) as i32
+        (((unit * i64::from(reach)) >> 30) - i64::from(reach)) as i32
     }
 
     fn point(&mut self, reach: i32) -> IVec3 {
