@@ -19,9 +19,10 @@ stages=(
     "tools|the external tools are there|install_tools"
     "clippy|no lint is broken|cargo clippy --quiet --workspace --all-targets -- -D warnings"
     "docs|documentation builds and its links hold|build_docs"
-    "tests|unit, property and differential tests pass|run_tests"
     "no-std|the core builds alone for a target without std|tests/firmware.sh core"
     "firmware|simulator, QEMU and PicoRV32 agree with the host|tests/firmware.sh run"
+    # After the firmware, which some of them run.
+    "tests|unit, property and differential tests pass|run_tests"
     "registers|generated registers are current, and the RTL keeps them|check_registers"
     "lint|the RTL is clean in Verilator and yosys|fpga/rtl/lint.sh"
     "cosim|RTL and cycle models agree in every cycle|cargo test --quiet --test heap -- --nocapture"
