@@ -10,7 +10,7 @@ use crate::places;
 const HEADER: &str = "# Results of the long runs
 
 Written by the tests themselves: run `XYLEM_FULL=1 XYLEM_RECORD=1 cargo test -p xylem-tests` with
-`XYLEM_SCENES` and `XYLEM_ORACLE` set. Counts are the same on every machine; times are not.
+`XYLEM_SCENES` and `XYLEM_ORACLE` set. The counts are the same on every machine.
 ";
 
 static FILE: Mutex<()> = Mutex::new(());
