@@ -84,8 +84,8 @@ module xy_heap #(
   assign vacant = top_q[EntryWidth-1];
 
   logic child_lower, top_stays;
-  assign child_lower = left[0] < entry;
-  assign top_stays   = top_q < entry;
+  xy_less #(.Width(EntryWidth)) u_child_lower (.a_i(left[0]), .b_i(entry), .less_o(child_lower));
+  xy_less #(.Width(EntryWidth)) u_top_stays (.a_i(top_q), .b_i(entry), .less_o(top_stays));
 
   logic                  error, insert, replace, clear;
   logic [EntryWidth-1:0] below_entry;

@@ -72,10 +72,10 @@ module xy_heap_stage #(
 
   // Four comparisons side by side; no comparison waits for another.
   logic right_wins, left_lower, right_lower, own_stays;
-  assign right_wins  = right_i < left_i;
-  assign left_lower  = left_i < entry_q;
-  assign right_lower = right_i < entry_q;
-  assign own_stays   = own_q < entry_q;
+  xy_less #(.Width(EntryWidth)) u_right_wins (.a_i(right_i), .b_i(left_i), .less_o(right_wins));
+  xy_less #(.Width(EntryWidth)) u_left_lower (.a_i(left_i), .b_i(entry_q), .less_o(left_lower));
+  xy_less #(.Width(EntryWidth)) u_right_lower (.a_i(right_i), .b_i(entry_q), .less_o(right_lower));
+  xy_less #(.Width(EntryWidth)) u_own_stays (.a_i(own_q), .b_i(entry_q), .less_o(own_stays));
 
   logic at_end;
   assign at_end = (path_q >> (Level + 1)) == '0;

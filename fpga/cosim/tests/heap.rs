@@ -77,14 +77,18 @@ fn rtl_merges_one_entry_every_two_cycles() {
 const MUTATIONS: [(&str, Mutation); 7] = [
     (
         "the greater child goes up",
-        Mutation { file: "xy_heap_stage.sv", from: "right_i < left_i", to: "right_i > left_i" },
+        Mutation {
+            file: "xy_heap_stage.sv",
+            from: ".a_i(right_i), .b_i(left_i)",
+            to: ".a_i(left_i), .b_i(right_i)",
+        },
     ),
     (
         "slots do not decide between equal keys",
         Mutation {
             file: "xy_heap.sv",
-            from: "child_lower = left[0] < entry",
-            to: "child_lower = left[0][EntryWidth-1:SlotWidth] < entry[EntryWidth-1:SlotWidth]",
+            from: ".a_i(left[0]), .b_i(entry)",
+            to: ".a_i({left[0][EntryWidth-1:SlotWidth], op_slot_i}), .b_i(entry)",
         },
     ),
     (
