@@ -130,7 +130,7 @@ fn every_fault_put_into_the_rtl_is_seen() {
     if !have_tools("every_fault_put_into_the_rtl_is_seen") {
         return;
     }
-    // All levels from the fourth on in block memory, so that a small heap has that kind too.
+    // The last level in block memory, so that a small heap has every kind of storage.
     let config = HeapConfig { levels: 5, slot_bits: 5, block_level: 4, ..HeapConfig::SMALL };
     let sound = verilate::heap(config, None).unwrap_or_else(|error| panic!("{error}"));
     lockstep::run(&sound, config, 11, 50_000, None)
