@@ -42,6 +42,8 @@ build_docs() {
 }
 
 run_tests() {
+    XYLEM_FIRMWARE=$(tests/firmware.sh build) || return 1
+    export XYLEM_FIRMWARE
     cargo test --quiet --no-fail-fast -- --nocapture "${elsewhere[@]/#/--skip=}"
 }
 

@@ -134,8 +134,10 @@ impl Listing {
         for scene in &self.degenerate {
             text += &item(29, format!("  {:<26} {}", scene.name, scene.about));
         }
-        let folders: Vec<String> = self.folders.iter().map(|f| f.display().to_string()).collect();
-        text += &format!("\nFiles in {}:\n", folders.join(", "));
+        text += "\nFiles in\n";
+        for folder in &self.folders {
+            text += &format!("  {}\n", folder.display());
+        }
         match self.files.as_slice() {
             [] => text += "  none; set XYLEM_SCENES to folders with .obj or .obj.gz files\n",
             files => {

@@ -99,8 +99,8 @@ impl Default for Library {
 /// The project's `scenes/`: in the working folder if there is one, else in the source tree.
 pub fn scenes_folder() -> PathBuf {
     let here = PathBuf::from("scenes");
-    let built = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes"));
-    if !here.is_dir() && built.is_dir() { built.to_owned() } else { here }
+    let built = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("scenes");
+    if !here.is_dir() && built.is_dir() { built } else { here }
 }
 
 /// OBJ files below `folder` by their path from `root`, without suffix.
