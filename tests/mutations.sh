@@ -17,7 +17,7 @@ mutations=(
     "no-std|the core wants std|core-nostd/src/lib.rs|s/^#!\[no_std\]/#![no_std]\nextern crate std;/"
     "firmware|times round down on the soft core only|core-nostd/src/geom/triangle.rs|s/let up = i128::from(/let up = i128::from(!cfg!(target_arch = \"riscv32\") \&\& /"
     "registers|the source has another magic number|fpga/regs/xylem.rdl|s/0x58594C4D/0x58594C4E/"
-    "lint|a signal is never used|fpga/rtl/xy_heap.sv|s/^endmodule/  logic unused_mutant;\n  assign unused_mutant = op_valid_i;\nendmodule/"
+    "lint|a signal is never used|fpga/rtl/xy_heap.sv|s/^endmodule/  logic stray;\n  assign stray = op_valid_i;\nendmodule/"
     "cosim|the higher of two children rises|fpga/rtl/xy_heap_stage.sv|s/.a_i(right_i), .b_i(left_i)/.a_i(left_i), .b_i(right_i)/"
     "synthesis|a memory can be reset, so it is none|fpga/rtl/xy_ram.sv|s/if (write_i) mem\[write_addr_i\] <= write_data_i;/if (write_i) for (int i = 0; i < 2**AddrWidth; i++) mem[i] <= write_data_i;/"
     "demo|the report gets another name|host-harness/src/cli/demo.rs|s/index\.html/index.htm/"
