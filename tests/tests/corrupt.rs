@@ -52,7 +52,7 @@ impl Target {
     fn new(count: usize, shift: i32) -> Self {
         let mut triangles = soup(&mut Random::new(SEED + count as u64), count);
         for vertex in triangles.iter_mut().flat_map(|t| &mut t.vertices) {
-            *vertex = *vertex >> shift;
+            *vertex >>= shift;
         }
         let mut forest = Forest::grow(&triangles);
         let size = forest.memory.bytes().len();
