@@ -6,6 +6,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use sha2::{Digest as _, Sha256};
@@ -82,6 +83,9 @@ fn build() -> Result<PathBuf, SocError> {
     let key: String = key.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
     let done = workspace().join("target/soc").join(format!("picorv32-{key}"));
     let bench = done.join("Vpicorv32");
+    // Threads of this process share a process id, and with it the folder aside.
+    static BUILDING: Mutex<()> = Mutex::new(());
+    let _one = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
     if bench.is_file() {
         return Ok(bench);
     }
