@@ -7,8 +7,8 @@ use crate::node::{Bvh2Node, LeafEntry, MAX_LEAF_SIZE, NodeFormat, Subtree, Tree}
 use crate::num::{Grid, MortonCoder, MortonWidth};
 use crate::probe::{Probe, Stage};
 use crate::sort::{
-    InputFormat, Item, MultiMerge, PrimitiveReader, RecordFormat, SortConfig, Workspace,
-    partial_sort,
+    InputFormat, Item, MultiMerge, PrimitiveDecoder, PrimitiveReader, RecordFormat, SortConfig,
+    Workspace, partial_sort,
 };
 
 /// What to build and how.
@@ -58,7 +58,8 @@ pub struct BuildRegions {
 }
 
 impl BuildConfig {
-    /// How many primitives one merge pass can bring in order: `M² / 2B`.
+    /// How many primitives one merge pass can bring in order: `M² / 2B`, or `M² / B` with
+    /// forecasting.
     pub const fn one_pass_capacity(&self) -> u64 {
         self.sort.capacity as u64 * self.sort.width() as u64
     }
@@ -68,8 +69,38 @@ impl BuildConfig {
         count as u64 * self.sort.record.bytes() as u64
     }
 
-    fn check(&self, workspace: &Workspace<'_>) -> Result<(), ConfigError> {
-        self.sort.check(workspace)?;
+    /// How many merge passes must write runs back before one merge can take them all.
+    pub const fn further_passes(&self, count: u32) -> u32 {
+        let mut runs = count.div_ceil(self.sort.capacity);
+        let mut passes = 0;
+        while runs > self.sort.width() {
+            runs = runs.div_ceil(self.sort.width());
+            passes += 1;
+        }
+        passes
+    }
+
+    /// What computes codes.
+    pub const fn coder(&self) -> MortonCoder {
+        MortonCoder::new(self.grid, self.morton)
+    }
+
+    /// What decodes input records.
+    pub fn decoder(&self) -> PrimitiveDecoder {
+        PrimitiveDecoder {
+            format: self.input,
+            grid: self.grid,
+            coder: self.coder(),
+            by_position: self.sort.record == RecordFormat::Pair8,
+        }
+    }
+
+    /// Checks all parameters but those that depend on the storage.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming the parameter.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        self.sort.check()?;
         if self.max_leaf_size == 0 || self.max_leaf_size > MAX_LEAF_SIZE {
             return Err(ConfigError::LeafSize);
         }
@@ -77,6 +108,31 @@ impl BuildConfig {
             return Err(ConfigError::PairCode);
         }
         Ok(())
+    }
+}
+
+impl BuildRegions {
+    /// Checks the regions whose size follows from the number of primitives.
+    ///
+    /// # Errors
+    /// [`BuildError::RegionFull`] naming the region, or [`BuildError::PointerOverflow`] for more
+    /// primitives than references can name.
+    pub fn check<E>(&self, config: &BuildConfig, count: u32) -> Result<(), BuildError<E>> {
+        let bytes = |bytes: u32| u64::from(count) * u64::from(bytes);
+        let runs_b = if config.further_passes(count) > 0 { config.run_bytes(count) } else { 0 };
+        for (region, name, needed) in [
+            (self.primitives, RegionName::Primitives, bytes(config.input.bytes())),
+            (self.runs_a, RegionName::RunsA, config.run_bytes(count)),
+            (self.runs_b, RegionName::RunsB, runs_b),
+            (self.leaf_table, RegionName::LeafTable, bytes(LeafEntry::BYTES as u32)),
+        ] {
+            if needed > u64::from(region.size) {
+                let available = region.size;
+                return Err(BuildError::RegionFull { region: name, needed, available });
+            }
+        }
+        // References have 31 bits, so positions must.
+        if count >> 31 == 0 { Ok(()) } else { Err(BuildError::PointerOverflow) }
     }
 }
 
@@ -97,21 +153,15 @@ pub fn build<B: Bus, P: Probe>(
     workspace: &mut Workspace<'_>,
     probe: &mut P,
 ) -> Result<Tree, BuildError<B::Error>> {
-    config.check(workspace)?;
+    config.check()?;
+    config.sort.check_storage(workspace)?;
     let (capacity, width) = (config.sort.capacity, config.sort.width());
-    let passes = further_passes(count.div_ceil(capacity), width);
-    check_regions(config, regions, count, passes)?;
+    let passes = config.further_passes(count);
+    regions.check(config, count)?;
 
     let pairs = config.sort.record == RecordFormat::Pair8;
-    let coder = MortonCoder::new(config.grid, config.morton);
-    let reader = PrimitiveReader {
-        region: regions.primitives,
-        count,
-        format: config.input,
-        grid: config.grid,
-        coder,
-        by_position: pairs,
-    };
+    let coder = config.coder();
+    let reader = PrimitiveReader { region: regions.primitives, count, decoder: config.decoder() };
     partial_sort(bus, &config.sort, workspace, &reader, regions.runs_a, probe)?;
 
     let mut source = (regions.runs_a, RegionName::RunsA);
@@ -146,38 +196,6 @@ pub fn build<B: Bus, P: Probe>(
         tree.accept(bus, &item, probe)?;
     }
     tree.finish(bus, probe)
-}
-
-/// How many merge passes must write runs back before one merge can take them all.
-fn further_passes(mut runs: u32, width: u32) -> u32 {
-    let mut passes = 0;
-    while runs > width {
-        runs = runs.div_ceil(width);
-        passes += 1;
-    }
-    passes
-}
-
-fn check_regions<E>(
-    config: &BuildConfig,
-    regions: &BuildRegions,
-    count: u32,
-    passes: u32,
-) -> Result<(), BuildError<E>> {
-    let count_bytes = |bytes: u32| u64::from(count) * u64::from(bytes);
-    let runs_b = if passes > 0 { config.run_bytes(count) } else { 0 };
-    for (region, name, needed) in [
-        (regions.primitives, RegionName::Primitives, count_bytes(config.input.bytes())),
-        (regions.runs_a, RegionName::RunsA, config.run_bytes(count)),
-        (regions.runs_b, RegionName::RunsB, runs_b),
-        (regions.leaf_table, RegionName::LeafTable, count_bytes(LeafEntry::BYTES as u32)),
-    ] {
-        if needed > u64::from(region.size) {
-            return Err(BuildError::RegionFull { region: name, needed, available: region.size });
-        }
-    }
-    // References have 31 bits, so positions must.
-    if count >> 31 == 0 { Ok(()) } else { Err(BuildError::PointerOverflow) }
 }
 
 /// Merges groups of runs from one region into longer runs in the other.

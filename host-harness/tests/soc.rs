@@ -94,7 +94,8 @@ fn rays(count: u32, numbers: &mut Numbers) -> Vec<Ray> {
 fn scenes() -> Vec<(&'static str, SceneBlob)> {
     let numbers = &mut Numbers(1);
     let twins: Vec<Triangle> = soup(20, numbers).into_iter().flat_map(|t| [t; 10]).collect();
-    let sort = |capacity, burst, record| SortConfig { capacity, burst, record };
+    let sort =
+        |capacity, burst, record| SortConfig { capacity, burst, record, ..SortConfig::PAPER };
     let base = SceneBlob::default();
     vec![
         (

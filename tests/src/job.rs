@@ -38,7 +38,7 @@ impl Job {
     /// If the scene cannot be built at all.
     pub fn new(random: &mut Random, count: usize, record: RecordFormat) -> Self {
         let triangles = soup(random, count);
-        let sort = SortConfig { capacity: 64, burst: 8, record };
+        let sort = SortConfig { capacity: 64, burst: 8, record, ..SortConfig::PAPER };
         let config =
             BuildConfig { sort, max_leaf_size: 4, write_burst: 256, ..BuildConfig::default() };
         let options = BuildOptions { config, ..BuildOptions::default() };

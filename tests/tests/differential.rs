@@ -10,7 +10,7 @@ use xylem_core::geom::Triangle;
 use xylem_core::node::{Bvh2Node, Child, LeafEntry, NodeIndex, QuantizedPair, QuantizedView};
 use xylem_core::num::MortonWidth;
 use xylem_core::pipeline::BuildConfig;
-use xylem_core::sort::{InputFormat, RecordFormat, SortConfig};
+use xylem_core::sort::{InputFormat, ReadSchedule, RecordFormat, SortConfig};
 use xylem_tests::lbvh::{Lbvh, morton_code};
 use xylem_tests::places;
 use xylem_tests::trees::{Forest, soup};
@@ -103,8 +103,10 @@ fn every_configuration_gives_the_tree_of_the_definition_and_the_traffic_of_the_f
         for input in INPUTS {
             for capacity in (6..=13).map(|bits| 1 << bits) {
                 for burst in [1, 2, 4, 8, 16, 32].into_iter().filter(|b| 4 * b <= capacity) {
-                    let sort = SortConfig { capacity, burst, record };
-                    configs.push(BuildConfig { input, sort, ..BuildConfig::default() });
+                    for schedule in [ReadSchedule::DoubleBuffer, ReadSchedule::Forecast] {
+                        let sort = SortConfig { capacity, burst, record, schedule };
+                        configs.push(BuildConfig { input, sort, ..BuildConfig::default() });
+                    }
                 }
             }
         }
@@ -148,7 +150,7 @@ fn every_code_width_and_leaf_size_gives_the_tree_of_the_definition() {
                     if record == RecordFormat::Pair8 && morton == MortonWidth::Bits63 {
                         continue;
                     }
-                    let sort = SortConfig { capacity: 256, burst: 8, record };
+                    let sort = SortConfig { capacity: 256, burst: 8, record, ..SortConfig::PAPER };
                     let config =
                         BuildConfig { morton, max_leaf_size, sort, ..BuildConfig::default() };
                     let run = build(triangles, config);

@@ -17,7 +17,7 @@ mod record;
 
 pub use heap::{HeapEntry, ReplaceHeap};
 pub use multimerge::{MultiMerge, Queue};
-pub use record::{InputFormat, Item, RecordFormat};
+pub use record::{InputFormat, Item, PrimitiveDecoder, RecordFormat};
 
 pub(crate) use partial::partial_sort;
 pub(crate) use record::PrimitiveReader;
@@ -29,6 +29,17 @@ use crate::error::ConfigError;
 /// The longest burst, in records.
 pub const MAX_BURST: usize = 32;
 
+/// How the multi-merge decides which burst to read next, and how much of the scratchpad a run owns.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Hash)]
+pub enum ReadSchedule {
+    /// Each run owns two bursts; a consumed one is replaced by the run's next (P2 §5.3).
+    #[default]
+    DoubleBuffer,
+    /// Each run owns one burst. The run whose last key on chip is lowest runs dry first, so its next
+    /// burst is read first, into one of a few spare buffers that the hardware adds (P2 §7).
+    Forecast,
+}
+
 /// The shape of the sorter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct SortConfig {
@@ -38,28 +49,57 @@ pub struct SortConfig {
     pub burst: u32,
     /// What a run consists of.
     pub record: RecordFormat,
+    /// How runs are read.
+    pub schedule: ReadSchedule,
 }
 
 impl SortConfig {
-    /// The configuration of P2 §6.2: `M` = 8192, `B` = 16, 32-byte boxes.
-    pub const PAPER: Self = Self { capacity: 8192, burst: 16, record: RecordFormat::Box32 };
+    /// The configuration of P2 §6.2: `M` = 8192, `B` = 16, 32-byte boxes, double buffers.
+    pub const PAPER: Self = Self {
+        capacity: 8192,
+        burst: 16,
+        record: RecordFormat::Box32,
+        schedule: ReadSchedule::DoubleBuffer,
+    };
 
-    /// How many runs are merged at once: `M / 2B`, as each run owns two bursts of the scratchpad.
+    /// How many runs are merged at once: `M / 2B` with double buffers, as each run owns two bursts
+    /// of the scratchpad, and `M / B` with forecasting.
     pub const fn width(&self) -> u32 {
-        self.capacity / (2 * self.burst)
+        self.capacity / self.share()
     }
 
-    /// Checks the parameters against each other and against a workspace.
+    /// How many records of the scratchpad a run owns while runs are merged.
+    const fn share(&self) -> u32 {
+        match self.schedule {
+            ReadSchedule::DoubleBuffer => 2 * self.burst,
+            ReadSchedule::Forecast => self.burst,
+        }
+    }
+
+    /// How many records the insertion sorters put in order at a time: two bursts.
+    pub const fn piece(&self) -> u32 {
+        2 * self.burst
+    }
+
+    /// Checks the parameters against each other.
     ///
     /// # Errors
     /// [`ConfigError`] naming the parameter.
-    pub fn check(&self, workspace: &Workspace<'_>) -> Result<(), ConfigError> {
+    pub const fn check(&self) -> Result<(), ConfigError> {
         if !self.burst.is_power_of_two() || self.burst as usize > MAX_BURST {
             return Err(ConfigError::Burst);
         }
         if !self.capacity.is_power_of_two() || self.capacity < 4 * self.burst {
             return Err(ConfigError::Capacity);
         }
+        Ok(())
+    }
+
+    /// Checks that a workspace is large enough.
+    ///
+    /// # Errors
+    /// [`ConfigError::Workspace`].
+    pub fn check_storage(&self, workspace: &Workspace<'_>) -> Result<(), ConfigError> {
         let width = self.width() as usize;
         let fits = workspace.items.len() >= self.capacity as usize
             && workspace.queues.capacity() >= width

@@ -8,15 +8,16 @@ use crate::probe::{Probe, Stage};
 
 /// The read position of one run: what of it is in the scratchpad and what is still in memory.
 ///
-/// A run owns two bursts of the scratchpad (P2 §5.3: double buffering). When one of them has been
-/// consumed, the next burst of the run replaces it.
+/// A run owns two bursts of the scratchpad (P2 §5.3: double buffering) or, with forecasting, one.
+/// When one of them has been consumed, the next burst of the run replaces it: without a clock, the
+/// order in which bursts run dry is the order that forecasting predicts.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Queue {
     /// Record index, within the run region, of the next burst to read.
     next: u32,
     /// Record index after the run's last one.
     end: u32,
-    /// Scratchpad position of the queue's head, relative to the run's two bursts.
+    /// Scratchpad position of the queue's head, relative to the run's share.
     head: u32,
     /// Records in the scratchpad.
     len: u32,
@@ -32,6 +33,8 @@ pub struct MultiMerge<'a> {
     queues: &'a mut heapless::VecView<Queue>,
     heap: ReplaceHeap<'a>,
     burst: u32,
+    /// Records of the scratchpad that a slot owns.
+    share: u32,
     source: Source,
 }
 
@@ -65,7 +68,7 @@ impl<'a> MultiMerge<'a> {
         probe: &mut P,
     ) -> Result<Self, BuildError<B::Error>> {
         let source = Source { region, name, record: config.record, coder };
-        let mut merge = Self::empty(config, workspace, source);
+        let mut merge = Self::empty(config, workspace, source, config.share());
         let mut first = runs.start;
         while first < runs.end {
             let end = runs.end.min(first.saturating_add(run));
@@ -74,8 +77,9 @@ impl<'a> MultiMerge<'a> {
             first = end;
         }
         for slot in 0..merge.queues.len() as u32 {
-            merge.refill(bus, slot)?;
-            merge.refill(bus, slot)?;
+            for _ in 0..config.share() / config.burst {
+                merge.refill(bus, slot)?;
+            }
             merge.start(slot, probe)?;
         }
         Ok(merge)
@@ -96,8 +100,8 @@ impl<'a> MultiMerge<'a> {
             record: config.record,
             coder,
         };
-        let mut merge = Self::empty(config, workspace, source);
-        let block = 2 * config.burst;
+        let block = config.piece();
+        let mut merge = Self::empty(config, workspace, source, block);
         for slot in 0..len.div_ceil(block) {
             let queue = Queue { len: block.min(len - slot * block), ..Queue::default() };
             merge.queues.push(queue).map_err(|_| BuildError::Internal)?;
@@ -106,20 +110,26 @@ impl<'a> MultiMerge<'a> {
         Ok(merge)
     }
 
-    fn empty(config: &SortConfig, workspace: &'a mut Workspace<'_>, source: Source) -> Self {
+    fn empty(
+        config: &SortConfig,
+        workspace: &'a mut Workspace<'_>,
+        source: Source,
+        share: u32,
+    ) -> Self {
         workspace.queues.clear();
         Self {
             items: &mut *workspace.items,
             queues: &mut *workspace.queues,
             heap: ReplaceHeap::new(workspace.heap),
             burst: config.burst,
+            share,
             source,
         }
     }
 
     fn start<E: Copy, P: Probe>(&mut self, slot: u32, probe: &mut P) -> Result<(), BuildError<E>> {
         probe.heap_insert();
-        let code = self.items[(slot * 2 * self.burst) as usize].code;
+        let code = self.items[(slot * self.share) as usize].code;
         self.heap.insert(HeapEntry { code, slot }).map_err(|_| BuildError::Internal)
     }
 
@@ -137,10 +147,10 @@ impl<'a> MultiMerge<'a> {
         if code == HeapEntry::INFINITE {
             return Ok(None);
         }
-        let base = (slot * 2 * self.burst) as usize;
+        let base = (slot * self.share) as usize;
         let queue = &mut self.queues[slot as usize];
         let item = self.items[base + queue.head as usize];
-        queue.head = (queue.head + 1) & (2 * self.burst - 1);
+        queue.head = (queue.head + 1) & (self.share - 1);
         queue.len -= 1;
         let burst_done = queue.head & (self.burst - 1) == 0;
         if burst_done && queue.next < queue.end {
@@ -179,8 +189,8 @@ impl<'a> MultiMerge<'a> {
             addr,
             error,
         })?;
-        let tail = (queue.head + queue.len) & (2 * self.burst - 1);
-        let start = (slot * 2 * self.burst + tail) as usize;
+        let tail = (queue.head + queue.len) & (self.share - 1);
+        let start = (slot * self.share + tail) as usize;
         let free = &mut self.items[start..start + count as usize];
         for (item, record_bytes) in free.iter_mut().zip(bytes.chunks_exact(stride as usize)) {
             *item = record.decode(record_bytes, &coder);

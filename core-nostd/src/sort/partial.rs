@@ -25,7 +25,7 @@ pub(crate) fn partial_sort<B: Bus, P: Probe>(
     probe.stage(Stage::PartialSort);
     let burst = (config.burst * config.record.bytes()) as usize;
     let mut writer = BurstWriter::new(runs, RegionName::RunsA, Stage::PartialSort, burst);
-    let block = 2 * config.burst;
+    let block = config.piece();
     let mut first = 0;
     while first < reader.count {
         let len = config.capacity.min(reader.count - first);
@@ -38,7 +38,8 @@ pub(crate) fn partial_sort<B: Bus, P: Probe>(
             }
             insertion_sort(&mut workspace.items[piece as usize..end as usize], probe);
         }
-        let mut merge = MultiMerge::over_blocks(config, workspace, reader.coder, len, probe)?;
+        let mut merge =
+            MultiMerge::over_blocks(config, workspace, reader.decoder.coder, len, probe)?;
         while let Some(item) = merge.next(bus, probe)? {
             let mut record = [0; RecordFormat::MAX_BYTES];
             config.record.encode(&item, &mut record);

@@ -152,25 +152,52 @@ fn write_box(bounds: &Aabb, bytes: &mut [u8]) {
     }
 }
 
-/// The unit that reads primitives, checks them and computes their codes.
+/// Turns input records into items: checks them and computes their codes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PrimitiveReader {
-    pub region: Region,
-    pub count: u32,
+pub struct PrimitiveDecoder {
+    /// What a record is.
     pub format: InputFormat,
+    /// The grid that its box must lie on.
     pub grid: Grid,
+    /// What computes its code.
     pub coder: MortonCoder,
     /// The reference is the position, whatever the record says (for pairs, which come back for
     /// their box).
     pub by_position: bool,
 }
 
+impl PrimitiveDecoder {
+    /// The item of the record in `bytes`, at position `index` of the input. `bytes` hold a whole
+    /// record.
+    ///
+    /// # Errors
+    /// The position, if the box is inverted or off the grid, or the reference has 32 bits.
+    #[inline]
+    pub fn decode(&self, bytes: &[u8], index: u32) -> Result<Item, PrimIndex> {
+        let (bounds, reference) = self.format.decode(bytes, index);
+        let on_grid = self.grid.contains(bounds.min) && self.grid.contains(bounds.max);
+        if !on_grid || !bounds.is_valid() || reference >> 31 != 0 {
+            return Err(PrimIndex(index));
+        }
+        let reference = if self.by_position { index } else { reference };
+        Ok(Item { code: self.coder.code(bounds.min, bounds.max), bounds, reference })
+    }
+}
+
+/// The unit that reads primitives.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PrimitiveReader {
+    pub region: Region,
+    pub count: u32,
+    pub decoder: PrimitiveDecoder,
+}
+
 impl PrimitiveReader {
     /// Reads primitives `first ..` in one burst into `items`, at most [`MAX_BURST`] of them.
     ///
     /// # Errors
-    /// A bus error, a region too small for `count` primitives, or a primitive with an inverted box,
-    /// a box off the grid or a reference of 32 bits.
+    /// A bus error, a region too small for `count` primitives, or one that
+    /// [`PrimitiveDecoder::decode`] refuses.
     pub fn read<B: Bus>(
         &self,
         bus: &mut B,
@@ -179,7 +206,7 @@ impl PrimitiveReader {
         items: &mut [Item],
     ) -> Result<(), BuildError<B::Error>> {
         let mut buffer = [0; MAX_BURST * Triangle::BYTES];
-        let stride = self.format.bytes() as usize;
+        let stride = self.decoder.format.bytes() as usize;
         let bytes = &mut buffer[..items.len() * stride];
         let offset = first.checked_mul(stride as u32);
         let addr = offset.and_then(|offset| self.region.at(offset, bytes.len() as u32));
@@ -190,14 +217,8 @@ impl PrimitiveReader {
         })?;
         bus.read(addr, bytes).map_err(|error| BuildError::Bus { stage, addr, error })?;
         for (i, (item, record)) in items.iter_mut().zip(bytes.chunks_exact(stride)).enumerate() {
-            let index = first + i as u32;
-            let (bounds, reference) = self.format.decode(record, index);
-            let on_grid = self.grid.contains(bounds.min) && self.grid.contains(bounds.max);
-            if !on_grid || !bounds.is_valid() || reference >> 31 != 0 {
-                return Err(BuildError::InvalidPrimitive { index: PrimIndex(index) });
-            }
-            let reference = if self.by_position { index } else { reference };
-            *item = Item { code: self.coder.code(bounds.min, bounds.max), bounds, reference };
+            let decoded = self.decoder.decode(record, first + i as u32);
+            *item = decoded.map_err(|index| BuildError::InvalidPrimitive { index })?;
         }
         Ok(())
     }

@@ -244,6 +244,7 @@ impl Header {
                 capacity: word(7),
                 burst: word(8),
                 record: of_code(&RECORDS, word(9)).ok_or(bad(Setting::Record, 9))?,
+                ..SortConfig::PAPER
             },
             max_leaf_size: word(10),
             triangles: word(11),
@@ -318,7 +319,12 @@ mod tests {
         morton: MortonWidth::Bits63,
         format: NodeFormat::QuantizedModulo,
         query: Query::Any,
-        sort: SortConfig { capacity: 64, burst: 4, record: RecordFormat::Packed22 },
+        sort: SortConfig {
+            capacity: 64,
+            burst: 4,
+            record: RecordFormat::Packed22,
+            ..SortConfig::PAPER
+        },
         max_leaf_size: 7,
         triangles: 2,
         rays: 3,

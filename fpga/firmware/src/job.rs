@@ -104,7 +104,8 @@ pub fn run<B: Bus, C: Clock>(
     let config = build_config(&blob.header);
     let workspace = &mut buffers.workspace();
     // The layout divides by these.
-    config.sort.check(workspace).map_err(|error| JobError::Build(error.into()))?;
+    let checked = config.sort.check().and_then(|()| config.sort.check_storage(workspace));
+    checked.map_err(|error| JobError::Build(error.into()))?;
     let layout = Layout::new(&blob, &config)
         .map_err(|needed| JobError::WorkSpace { needed, size: blob.work.size })?;
     let count = blob.header.triangles;

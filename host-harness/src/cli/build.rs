@@ -5,7 +5,7 @@ use std::str::FromStr;
 use clap::ValueEnum;
 use clap::builder::PossibleValuesParser;
 use xylem_core::error::RegionName;
-use xylem_core::sort::{InputFormat, RecordFormat, SortConfig};
+use xylem_core::sort::{InputFormat, ReadSchedule, RecordFormat, SortConfig};
 
 use super::options::{self, TreeArgs, build_failed};
 use super::{CliError, Console};
@@ -46,6 +46,10 @@ pub(super) struct Args {
     #[arg(long, value_name = "B", default_value_t = SortConfig::PAPER.burst,
           value_parser = clap::value_parser!(u32).range(1..=32))]
     burst: u32,
+    /// How the merge reads runs: double-buffer gives each run two bursts on chip, forecast one and
+    /// reads those first that run dry first, so M / B runs are merged at once
+    #[arg(long, value_enum, default_value_t = Schedule::DoubleBuffer)]
+    schedule: Schedule,
     /// What computes the build: the functions themselves, without cycles of their own
     #[arg(long, value_enum, default_value_t = Engine::Function)]
     engine: Engine,
@@ -79,6 +83,15 @@ enum Record {
     Pair8,
 }
 
+/// `--schedule`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Schedule {
+    /// Two bursts a run
+    DoubleBuffer,
+    /// One burst a run, read in the order of their last keys
+    Forecast,
+}
+
 /// `--engine`.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Engine {
@@ -108,6 +121,10 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
             Record::Box32 => RecordFormat::Box32,
             Record::Packed22 => RecordFormat::Packed22,
             Record::Pair8 => RecordFormat::Pair8,
+        },
+        schedule: match args.schedule {
+            Schedule::DoubleBuffer => ReadSchedule::DoubleBuffer,
+            Schedule::Forecast => ReadSchedule::Forecast,
         },
     };
     options.memory = *MemoryTiming::by_name(&args.memory).unwrap_or(&options.memory);

@@ -142,7 +142,7 @@ pub fn job<B: Bus, P: Probe>(
 }
 
 /// The widest merge that the host has room for.
-const MAX_WIDTH: usize = 4096;
+const MAX_WIDTH: usize = 1 << 14;
 
 /// The builder's on-chip storage, on the host's heap.
 #[derive(Debug)]

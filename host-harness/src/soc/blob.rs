@@ -3,7 +3,7 @@
 use xylem_core::geom::{Ray, Triangle};
 use xylem_core::node::{MAX_LEAF_SIZE, NodeFormat};
 use xylem_core::num::{Grid, MortonWidth};
-use xylem_core::sort::{RecordFormat, SortConfig};
+use xylem_core::sort::SortConfig;
 use xylem_core::traverse::Query;
 use xylem_firmware::blob::Header;
 use xylem_firmware::map::EXTERNAL;
@@ -40,7 +40,7 @@ impl Default for SceneBlob {
             morton: MortonWidth::Bits30,
             format: NodeFormat::QuantizedRelative,
             query: Query::Closest,
-            sort: SortConfig { capacity: 2048, burst: 16, record: RecordFormat::Box32 },
+            sort: SortConfig { capacity: 2048, burst: 16, ..SortConfig::PAPER },
             max_leaf_size: MAX_LEAF_SIZE,
             triangles: Vec::new(),
             rays: Vec::new(),
