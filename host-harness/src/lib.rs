@@ -1,5 +1,6 @@
 //! The host side of Xylem: scenes, simulated memory and clocks, reports and the command line.
 
+pub mod baseline;
 pub mod bus;
 pub mod cli;
 pub mod machine;
