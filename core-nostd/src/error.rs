@@ -62,6 +62,10 @@ pub enum ConfigError {
     PairCode,
     /// The largest leaf is not 1 to 255 primitives.
     LeafSize,
+    /// The search radius of the clustering emitter is not 1 to 16.
+    Radius,
+    /// The chain of the clustering emitter is not 1 to 8 sweeps.
+    Chain,
 }
 
 impl fmt::Display for ConfigError {
@@ -72,6 +76,8 @@ impl fmt::Display for ConfigError {
             Self::Workspace => "workspace is smaller than capacity M or merge width M/2B",
             Self::PairCode => "8-byte pairs hold 30-bit Morton codes; use a wider record for 63",
             Self::LeafSize => "leaf size must be from 1 to 255",
+            Self::Radius => "search radius must be from 1 to 16 clusters",
+            Self::Chain => "chain must be from 1 to 8 sweeps",
         })
     }
 }
@@ -115,6 +121,11 @@ pub enum BuildError<E> {
         /// Its index.
         index: u32,
     },
+    /// A cluster read back from a list in memory is not one that the emitter writes.
+    CorruptCluster {
+        /// Its index in the list.
+        index: u32,
+    },
     /// An internal bound was exceeded; this is a defect of the core.
     Internal,
 }
@@ -135,6 +146,7 @@ impl<E: fmt::Debug> fmt::Display for BuildError<E> {
             }
             Self::PointerOverflow => f.write_str("more nodes than the format's pointers can name"),
             Self::CorruptNode { index } => write!(f, "node {index} in memory is corrupt"),
+            Self::CorruptCluster { index } => write!(f, "cluster {index} in memory is corrupt"),
             Self::Internal => f.write_str("an internal bound was exceeded (a defect of the core)"),
         }
     }

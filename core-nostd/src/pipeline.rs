@@ -1,6 +1,9 @@
 //! Whole builds: primitives in, tree out.
 
-use crate::emit::{Emitter, Step};
+mod ploc;
+
+use self::ploc::PlocWriter;
+use crate::emit::{Emitter, EmitterKind, Step};
 use crate::error::{BuildError, ConfigError, RegionName};
 use crate::mem::{BurstWriter, Bus, Region};
 use crate::node::{Bvh2Node, LeafEntry, MAX_LEAF_SIZE, NodeFormat, Subtree, Tree};
@@ -26,6 +29,8 @@ pub struct BuildConfig {
     pub max_leaf_size: u32,
     /// Bytes of a burst of the node and leaf table writers.
     pub write_burst: u32,
+    /// Which tree is made of the sorted primitives.
+    pub emitter: EmitterKind,
 }
 
 impl Default for BuildConfig {
@@ -38,6 +43,7 @@ impl Default for BuildConfig {
             sort: SortConfig::PAPER,
             max_leaf_size: MAX_LEAF_SIZE,
             write_burst: 512,
+            emitter: EmitterKind::Lbvh,
         }
     }
 }
@@ -64,17 +70,31 @@ impl BuildConfig {
         self.sort.capacity as u64 * self.sort.width() as u64
     }
 
-    /// How many bytes each of the run regions must have for `count` primitives.
-    pub const fn run_bytes(&self, count: u32) -> u64 {
-        count as u64 * self.sort.record.bytes() as u64
+    /// How many bytes the run regions A and B must have for `count` primitives: runs, and lists of
+    /// clusters where the emitter makes them.
+    pub const fn run_bytes(&self, count: u32) -> [u64; 2] {
+        let runs = count as u64 * self.sort.record.bytes() as u64;
+        let passes = self.further_passes(count);
+        let mut bytes = [runs, if passes > 0 { runs } else { 0 }];
+        if let EmitterKind::Ploc(_) = self.emitter {
+            // The last merge reads from one region, so the other one is free.
+            let lists = &mut bytes[1 - passes as usize % 2];
+            let needed = ploc::list_bytes(count);
+            *lists = if needed > *lists { needed } else { *lists };
+        }
+        bytes
     }
 
     /// How many merge passes must write runs back before one merge can take them all.
     pub const fn further_passes(&self, count: u32) -> u32 {
-        let mut runs = count.div_ceil(self.sort.capacity);
-        let mut passes = 0;
-        while runs > self.sort.width() {
-            runs = runs.div_ceil(self.sort.width());
+        let (capacity, width) = (self.sort.capacity, self.sort.width());
+        if width < 2 {
+            // No sorter; refused before anything is built.
+            return 0;
+        }
+        let (mut runs, mut passes) = (count.div_ceil(capacity), 0);
+        while runs > width {
+            runs = runs.div_ceil(width);
             passes += 1;
         }
         passes
@@ -107,7 +127,10 @@ impl BuildConfig {
         if self.sort.record == RecordFormat::Pair8 && self.morton == MortonWidth::Bits63 {
             return Err(ConfigError::PairCode);
         }
-        Ok(())
+        match &self.emitter {
+            EmitterKind::Lbvh => Ok(()),
+            EmitterKind::Ploc(ploc) => ploc.check(),
+        }
     }
 }
 
@@ -119,10 +142,10 @@ impl BuildRegions {
     /// primitives than references can name.
     pub fn check<E>(&self, config: &BuildConfig, count: u32) -> Result<(), BuildError<E>> {
         let bytes = |bytes: u32| u64::from(count) * u64::from(bytes);
-        let runs_b = if config.further_passes(count) > 0 { config.run_bytes(count) } else { 0 };
+        let [runs_a, runs_b] = config.run_bytes(count);
         for (region, name, needed) in [
             (self.primitives, RegionName::Primitives, bytes(config.input.bytes())),
-            (self.runs_a, RegionName::RunsA, config.run_bytes(count)),
+            (self.runs_a, RegionName::RunsA, runs_a),
             (self.runs_b, RegionName::RunsB, runs_b),
             (self.leaf_table, RegionName::LeafTable, bytes(LeafEntry::BYTES as u32)),
         ] {
@@ -139,8 +162,8 @@ impl BuildRegions {
 /// Builds a tree of 64-byte nodes over `count` primitives: partial sort, multi-merge, and hierarchy
 /// emission straight from the merge's last pass (P2 §4–5).
 ///
-/// The tree depends on the primitives, [`BuildConfig::morton`] and [`BuildConfig::max_leaf_size`]
-/// only; the other parameters change the traffic.
+/// The tree depends on the primitives, [`BuildConfig::morton`], [`BuildConfig::emitter`] and
+/// [`BuildConfig::max_leaf_size`] only; the other parameters change the traffic.
 ///
 /// # Errors
 /// [`BuildError`]. Regions whose size follows from `count` are checked before anything is written;
@@ -187,15 +210,44 @@ pub fn build<B: Bus, P: Probe>(
             &mut *probe
         },
     )?;
-    let mut tree = TreeWriter::new(config, regions);
+    let boxes = pairs.then_some(&reader);
+    match &config.emitter {
+        EmitterKind::Lbvh => {
+            let mut tree = TreeWriter::new(config, regions);
+            stream(bus, &mut merge, boxes, probe, |bus, item, probe| {
+                tree.accept(bus, item, probe)
+            })?;
+            tree.finish(bus, probe)
+        }
+        EmitterKind::Ploc(ploc) => {
+            let mut tree = PlocWriter::new(config, ploc, regions, target, count, probe);
+            stream(bus, &mut merge, boxes, probe, |bus, item, probe| {
+                tree.accept(bus, item, probe)
+            })?;
+            // The merge is over, so its scratchpad is free.
+            let scratchpad = workspace.items.get_mut(..capacity as usize).unwrap_or_default();
+            tree.finish(bus, scratchpad, probe)
+        }
+    }
+}
+
+/// Passes the merge's output on to an emitter, with boxes from the input where the runs have none.
+#[inline]
+fn stream<B: Bus, P: Probe>(
+    bus: &mut B,
+    merge: &mut MultiMerge<'_>,
+    boxes: Option<&PrimitiveReader>,
+    probe: &mut P,
+    mut accept: impl FnMut(&mut B, &Item, &mut P) -> Result<(), BuildError<B::Error>>,
+) -> Result<(), BuildError<B::Error>> {
     while let Some(mut item) = merge.next(bus, probe)? {
-        if pairs {
+        if let Some(reader) = boxes {
             reader.read(bus, Stage::Merge, item.reference, core::slice::from_mut(&mut item))?;
             // The code was sorted by; it is the same as the one just computed.
         }
-        tree.accept(bus, &item, probe)?;
+        accept(bus, &item, probe)?;
     }
-    tree.finish(bus, probe)
+    Ok(())
 }
 
 /// Merges groups of runs from one region into longer runs in the other.

@@ -42,12 +42,26 @@ pub trait Probe {
     /// The hierarchy emitter pushed its stack, which now holds `depth` entries.
     #[inline]
     fn emit_push(&mut self, depth: usize) {}
-    /// The hierarchy emitter popped its stack and completed an inner node.
+    /// The hierarchy emitter popped its stack and completed an inner node, or the clustering emitter
+    /// made one.
     #[inline]
     fn emit_node(&mut self) {}
-    /// A primitive joined the open leaf.
+    /// A primitive, or an open leaf of the clustering emitter, joined an open leaf.
     #[inline]
     fn emit_extend_leaf(&mut self) {}
+    /// The clustering emitter begins a pass over a list of `clusters`.
+    #[inline]
+    fn ploc_pass(&mut self, clusters: u32) {}
+    /// A cluster entered a sweep of the clustering emitter and met `pairs` others.
+    #[inline]
+    fn ploc_distances(&mut self, pairs: u32) {}
+    /// The clustering emitter closed a leaf of `entries` primitives.
+    #[inline]
+    fn ploc_leaf(&mut self, entries: u32) {}
+    /// All sweeps of the clustering emitter have moved by one step; what was reported since the
+    /// beat before happened in this one.
+    #[inline]
+    fn ploc_beat(&mut self) {}
     /// Traversal fetched a node of `bytes` bytes.
     #[inline]
     fn node_fetch(&mut self, addr: ByteAddr, bytes: u32) {}
@@ -99,6 +113,22 @@ impl<P: Probe + ?Sized> Probe for &mut P {
     #[inline]
     fn emit_extend_leaf(&mut self) {
         (**self).emit_extend_leaf();
+    }
+    #[inline]
+    fn ploc_pass(&mut self, clusters: u32) {
+        (**self).ploc_pass(clusters);
+    }
+    #[inline]
+    fn ploc_distances(&mut self, pairs: u32) {
+        (**self).ploc_distances(pairs);
+    }
+    #[inline]
+    fn ploc_leaf(&mut self, entries: u32) {
+        (**self).ploc_leaf(entries);
+    }
+    #[inline]
+    fn ploc_beat(&mut self) {
+        (**self).ploc_beat();
     }
     #[inline]
     fn node_fetch(&mut self, addr: ByteAddr, bytes: u32) {

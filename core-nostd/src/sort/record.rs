@@ -111,6 +111,20 @@ impl RecordFormat {
         }
     }
 
+    /// Writes a cluster's record, which has its code in the last 4 bytes.
+    #[inline]
+    pub(crate) fn encode_cluster(record: &Item, bytes: &mut [u8; Self::MAX_BYTES]) {
+        Self::Box32.encode(record, bytes);
+        bytes[28..].copy_from_slice(&(record.code as u32).to_le_bytes());
+    }
+
+    /// Reads a cluster's record from `bytes`, which hold a whole one.
+    #[inline]
+    pub(crate) fn decode_cluster(bytes: &[u8]) -> Item {
+        let code = u64::from(word(bytes, 28) as u32);
+        Item { code, bounds: read_box(bytes), reference: word(bytes, 24) as u32 }
+    }
+
     /// Reads an item from the start of `bytes`, which hold a whole record. The item of a
     /// [`RecordFormat::Pair8`] has no box.
     #[inline]

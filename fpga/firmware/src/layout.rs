@@ -33,12 +33,12 @@ impl Layout {
         };
         let count = blob.header.triangles;
         let records = |count: u32, bytes: usize| u64::from(count) * bytes as u64;
-        let one_pass = u64::from(count) <= config.one_pass_capacity();
+        let [runs_a, runs_b] = config.run_bytes(count);
         let layout = Self {
             build: BuildRegions {
                 primitives: blob.triangles,
-                runs_a: place(config.run_bytes(count)),
-                runs_b: place(if one_pass { 0 } else { config.run_bytes(count) }),
+                runs_a: place(runs_a),
+                runs_b: place(runs_b),
                 nodes: place(records(count, Bvh2Node::BYTES)),
                 leaf_table: place(records(count, LeafEntry::BYTES)),
             },

@@ -4,6 +4,7 @@ use std::fmt;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
+use xylem_core::emit::{EmitterKind, MAX_CHAIN, MAX_RADIUS, PlocConfig};
 use xylem_core::node::NodeFormat;
 use xylem_core::num::{Grid, MortonWidth};
 use xylem_core::pipeline::BuildConfig;
@@ -34,10 +35,21 @@ pub(super) struct TreeArgs {
     /// Bits of a Morton code
     #[arg(long, value_enum, default_value_t = Morton::Bits30)]
     morton: Morton,
-    /// Largest leaf in primitives, 1 to 255; only primitives with equal codes share one
+    /// Largest leaf in primitives, 1 to 255; lbvh's leaves share a code, ploc's hold at most 4
     #[arg(long, value_name = "N", default_value_t = 255,
           value_parser = clap::value_parser!(u32).range(1..=255))]
     max_leaf: u32,
+    /// Which tree is made of the sorted primitives: the hierarchy of the codes' bits, or clusters of
+    /// nearest neighbours
+    #[arg(long, value_enum, default_value_t = EmitterArg::Lbvh)]
+    emitter: EmitterArg,
+    /// With --emitter ploc: clusters that are searched for the nearest one, before and after each
+    /// [default: 8]
+    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_RADIUS)))]
+    radius: Option<u32>,
+    /// With --emitter ploc: sweeps between writing a list of clusters and reading it [default: 4]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_CHAIN)))]
+    chain: Option<u32>,
     /// Bits of a grid coordinate, 4 to 24; the longest side of the scene box spans the grid
     #[arg(long, value_name = "BITS", default_value_t = 24,
           value_parser = clap::value_parser!(u8).range(4..=24))]
@@ -78,6 +90,15 @@ enum Morton {
     /// 21 bits an axis
     #[value(name = "63")]
     Bits63,
+}
+
+/// `--emitter`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum EmitterArg {
+    /// Linear BVH: a node splits where the highest Morton bit changes
+    Lbvh,
+    /// Parallel locally-ordered clustering, streamed
+    Ploc,
 }
 
 /// `--query`.
@@ -133,9 +154,25 @@ impl TreeArgs {
                 Morton::Bits63 => MortonWidth::Bits63,
             },
             max_leaf_size: self.max_leaf,
+            emitter: self.emitter()?,
             ..BuildConfig::default()
         };
         Ok(BuildOptions { config, format, ..BuildOptions::default() })
+    }
+
+    fn emitter(&self) -> Result<EmitterKind, CliError> {
+        match self.emitter {
+            EmitterArg::Lbvh if self.radius.is_some() || self.chain.is_some() => {
+                let message =
+                    "--radius and --chain are about --emitter ploc; add it or leave them out";
+                Err(CliError::Usage(message.into()))
+            }
+            EmitterArg::Lbvh => Ok(EmitterKind::Lbvh),
+            EmitterArg::Ploc => Ok(EmitterKind::Ploc(PlocConfig {
+                radius: self.radius.unwrap_or(PlocConfig::DEFAULT.radius),
+                chain: self.chain.unwrap_or(PlocConfig::DEFAULT.chain),
+            })),
+        }
     }
 
     /// Loads the scene.

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use serde::Serialize;
+use xylem_core::emit::EmitterKind;
 use xylem_core::error::RegionName;
 use xylem_core::node::{LeafEntry, NodeFormat};
 use xylem_core::probe::Stage;
@@ -27,6 +28,14 @@ pub struct BuildReport {
     pub input: &'static str,
     /// What runs consist of, as `--record` names it.
     pub record: &'static str,
+    /// Which tree was made, as `--emitter` names it.
+    pub emitter: &'static str,
+    /// Clusters that were searched to each side; `ploc` only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius: Option<u32>,
+    /// Sweeps between two lists of clusters; `ploc` only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chain: Option<u32>,
     /// Records that the sorter's scratchpad holds.
     pub capacity: u32,
     /// Records in a burst.
@@ -152,6 +161,10 @@ impl BuildReport {
         let clock_mhz = options.memory.clock_mhz;
         let (format, coords) = Self::format_words(tree.format);
         let config = &options.config;
+        let ploc = match config.emitter {
+            EmitterKind::Lbvh => None,
+            EmitterKind::Ploc(ploc) => Some(ploc),
+        };
         Self {
             scene: scene.to_owned(),
             format,
@@ -165,6 +178,9 @@ impl BuildReport {
                 RecordFormat::Packed22 => "packed22",
                 RecordFormat::Pair8 => "pair8",
             },
+            emitter: if ploc.is_some() { "ploc" } else { "lbvh" },
+            radius: ploc.map(|p| p.radius),
+            chain: ploc.map(|p| p.chain),
             capacity: config.sort.capacity,
             burst: config.sort.burst,
             morton_bits: config.morton.bits(),
@@ -204,6 +220,14 @@ impl BuildReport {
             self.grid_bits,
             self.max_leaf
         )
+    }
+
+    /// The emitter and its parameters in words.
+    pub fn emitter_words(&self) -> String {
+        match (self.radius, self.chain) {
+            (Some(radius), Some(chain)) => format!("{} (R = {radius}, K = {chain})", self.emitter),
+            _ => self.emitter.to_owned(),
+        }
     }
 
     /// Traffic by stage.
@@ -248,7 +272,7 @@ impl fmt::Display for BuildReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let optional = |n: Option<f64>| n.map_or("n/a".into(), |n| format!("{n:.2}"));
         let coords = self.coords.map_or(String::new(), |c| format!(", {c} coordinates"));
-        writeln!(f, "{}: {}{coords}", self.scene, self.format)?;
+        writeln!(f, "{}: {}{coords}, emitter {}", self.scene, self.format, self.emitter_words())?;
         writeln!(f, "  {}", self.configuration())?;
         writeln!(
             f,

@@ -41,11 +41,11 @@ impl Layout {
             InputFormat::Triangle40 => triangles,
             InputFormat::Box32 => place(records(32)),
         };
-        let one_pass = u64::from(count) <= config.one_pass_capacity();
+        let [runs_a, runs_b] = config.run_bytes(count);
         let build = BuildRegions {
             primitives,
-            runs_a: place(config.run_bytes(count)),
-            runs_b: place(if one_pass { 0 } else { config.run_bytes(count) }),
+            runs_a: place(runs_a),
+            runs_b: place(runs_b),
             nodes: place(records(Bvh2Node::BYTES)),
             leaf_table: place(records(LeafEntry::BYTES)),
         };
