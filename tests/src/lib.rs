@@ -9,6 +9,7 @@
 //! - [`rational`]: a ray against triangles, exactly, in fractions of any size.
 //! - [`lbvh`]: the tree that a build must give, made top-down and recursively.
 
+pub mod clocked;
 pub mod job;
 pub mod lbvh;
 pub mod places;

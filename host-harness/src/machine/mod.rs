@@ -1,7 +1,20 @@
-//! One cycle model per hardware unit.
+//! One cycle model per hardware unit, and the assembled machines.
 //!
 //! A model has the name of its RTL unit, one `tick(inputs) -> outputs` per clock, and the same named
 //! configurations. It adds *when* to what the core computes; co-simulation holds it equal to the RTL
 //! in every output of every cycle.
+//!
+//! [`mergetree::build`] is the whole builder: [`reader`], [`sorter`], [`multimerge`] around [`heap`],
+//! [`emitter`] and [`writer`], behind a [`port`] to the memory model of [`crate::dram`].
 
+pub mod activity;
+pub mod config;
+pub mod emitter;
+pub mod fault;
 pub mod heap;
+pub mod mergetree;
+pub mod multimerge;
+pub mod port;
+pub mod reader;
+pub mod sorter;
+pub mod writer;

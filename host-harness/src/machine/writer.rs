@@ -1,0 +1,199 @@
+//! Cycle model of a burst writer: a record buffer in front of a write port.
+//!
+//! | Property | Value |
+//! |---|---|
+//! | Room | one burst that is being filled and one that is being sent |
+//! | Input | one record a cycle, while the open burst has room or the other one has been sent |
+//! | Output | one line of 64 bytes a cycle |
+
+use xylem_core::error::{BuildError, RegionName};
+use xylem_core::mem::Region;
+use xylem_core::probe::Stage;
+
+use super::port::{Access, LINE_BYTES, PortError};
+
+/// Collects consecutive records and sends them in bursts, as `xylem_core::mem::BurstWriter` does.
+#[derive(Debug)]
+pub struct Writer {
+    region: Region,
+    name: RegionName,
+    stage: Stage,
+    burst: u32,
+    /// Bytes of the region that belong to bursts sent or being sent.
+    written: u32,
+    pending: Vec<u8>,
+    /// Lines still to be sent, as byte offsets into the region.
+    sending: std::ops::Range<u32>,
+    /// Bursts sent, and their bytes.
+    sent: Sent,
+}
+
+/// What a writer has sent.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Sent {
+    /// Bursts.
+    pub bursts: u64,
+    /// Bytes of records.
+    pub bytes: u64,
+}
+
+impl Writer {
+    /// A writer at the start of `region` that sends `burst` bytes at a time, a multiple of a line.
+    pub fn new(region: Region, name: RegionName, stage: Stage, burst: u32) -> Self {
+        Self {
+            region,
+            name,
+            stage,
+            burst,
+            written: 0,
+            pending: Vec::with_capacity(burst as usize),
+            sending: 0..0,
+            sent: Sent::default(),
+        }
+    }
+
+    /// The stage that its traffic belongs to.
+    pub fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    /// The region that it writes.
+    pub fn name(&self) -> RegionName {
+        self.name
+    }
+
+    /// What it has sent so far, including the burst being sent.
+    pub fn sent(&self) -> Sent {
+        self.sent
+    }
+
+    /// Whether a record of `len` bytes can be taken in this cycle.
+    pub fn is_ready(&self, len: usize) -> bool {
+        self.pending.len() + len <= self.burst as usize || self.sending.is_empty()
+    }
+
+    /// Takes a record; call when [`Writer::is_ready`]. The bytes of a burst are put into `image`
+    /// when it is handed to the port.
+    ///
+    /// # Errors
+    /// [`BuildError::RegionFull`] if the record would leave the region.
+    pub fn push(&mut self, image: &mut [u8], record: &[u8]) -> Result<(), BuildError<PortError>> {
+        let len = self.written + self.pending.len() as u32;
+        if self.region.at(len, record.len() as u32).is_none() {
+            // The machine stops here; what came before is not lost.
+            self.commit(image);
+            return Err(BuildError::RegionFull {
+                region: self.name,
+                needed: u64::from(len) + record.len() as u64,
+                available: self.region.size,
+            });
+        }
+        if self.pending.len() + record.len() > self.burst as usize {
+            self.flush(image);
+        }
+        self.pending.extend_from_slice(record);
+        if self.pending.len() == self.burst as usize {
+            self.flush(image);
+        }
+        Ok(())
+    }
+
+    /// Hands what is pending to the port if the port is free.
+    pub fn flush(&mut self, image: &mut [u8]) {
+        if self.pending.is_empty() || !self.sending.is_empty() {
+            return;
+        }
+        let len = self.pending.len() as u32;
+        self.commit(image);
+        self.sending = self.written..self.written + len;
+        self.written += len;
+        self.sent.bursts += 1;
+        self.sent.bytes += u64::from(len);
+        self.pending.clear();
+    }
+
+    fn commit(&self, image: &mut [u8]) {
+        // Inside the region: checked for each record.
+        let start = (self.region.base.0 + self.written) as usize;
+        if let Some(target) = image.get_mut(start..start + self.pending.len()) {
+            target.copy_from_slice(&self.pending);
+        }
+    }
+
+    /// The line that it offers in this cycle.
+    pub fn offer(&self) -> Option<Access> {
+        let addr = self.region.base.0 + self.sending.start;
+        (!self.sending.is_empty()).then_some(Access { addr, write: true, tag: 0 })
+    }
+
+    /// The line offered was taken.
+    pub fn taken(&mut self) {
+        self.sending.start = (self.sending.start + LINE_BYTES).min(self.sending.end);
+    }
+
+    /// Whether a burst is under way: its lines follow each other on the port.
+    pub fn in_burst(&self) -> bool {
+        !self.sending.is_empty() && !self.sending.start.is_multiple_of(self.burst)
+    }
+
+    /// Whether all that was pushed has been sent.
+    pub fn is_empty(&self) -> bool {
+        self.pending.is_empty() && self.sending.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn writer(size: u32) -> Writer {
+        Writer::new(Region::new(64, size), RegionName::Nodes, Stage::Emit, 128)
+    }
+
+    #[test]
+    fn a_full_burst_leaves_at_once_line_by_line_and_the_rest_at_flush() {
+        let mut image = vec![0; 512];
+        let mut writer = writer(448);
+        let mut lines = Vec::new();
+        for i in 0..5u8 {
+            assert!(writer.is_ready(32));
+            writer.push(&mut image, &[i; 32]).unwrap();
+            lines.extend(writer.offer().inspect(|_| ()).map(|line| line.addr));
+            writer.taken();
+        }
+        assert_eq!(lines, [64, 128], "the fourth record fills a burst of two lines");
+        assert!(writer.offer().is_none());
+        writer.flush(&mut image);
+        assert_eq!(writer.offer().unwrap().addr, 192);
+        writer.taken();
+        assert!(writer.is_empty());
+        assert_eq!((image[63], image[64 + 96], image[64 + 128]), (0, 3, 4));
+        assert_eq!(writer.sent(), Sent { bursts: 2, bytes: 160 });
+    }
+
+    #[test]
+    fn a_burst_that_is_not_sent_holds_up_the_one_after_the_next() {
+        let mut image = vec![0; 512];
+        let mut writer = writer(448);
+        for _ in 0..2 {
+            writer.push(&mut image, &[1; 64]).unwrap();
+        }
+        for _ in 0..2 {
+            assert!(writer.is_ready(64));
+            writer.push(&mut image, &[2; 64]).unwrap();
+        }
+        assert!(!writer.is_ready(64), "one burst is sent, one is full");
+        writer.taken();
+        writer.taken();
+        assert!(writer.is_ready(64));
+    }
+
+    #[test]
+    fn a_full_region_refuses_the_record() {
+        let mut image = vec![0; 512];
+        let mut writer = writer(96);
+        writer.push(&mut image, &[1; 64]).unwrap();
+        let full = BuildError::RegionFull { region: RegionName::Nodes, needed: 128, available: 96 };
+        assert_eq!(writer.push(&mut image, &[1; 64]), Err(full));
+    }
+}
