@@ -1,5 +1,6 @@
 //! Every parameter of the clocked builder in one place.
 
+use xylem_core::emit::EmitterKind;
 use xylem_core::error::ConfigError;
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::sort::RecordFormat;
@@ -123,6 +124,9 @@ impl MachineConfig {
         if sort.record != RecordFormat::Box32 {
             return Err(Error::Record);
         }
+        if self.build.emitter != EmitterKind::Lbvh {
+            return Err(Error::Emitter);
+        }
         if !(sort.burst * sort.record.bytes()).is_multiple_of(LINE_BYTES) {
             return Err(Error::Burst);
         }
@@ -146,6 +150,9 @@ pub enum MachineConfigError {
     /// The machine sorts 32-byte records.
     #[error("the clocked builder sorts 32-byte boxes; other records have the function engine only")]
     Record,
+    /// The machine's emitter is the hierarchy emitter.
+    #[error("the clocked builder emits LBVH; other emitters have the function engine only")]
+    Emitter,
     /// Bursts of records are whole lines.
     #[error("the clocked builder reads lines of 64 bytes; a burst B must be at least 2 records")]
     Burst,

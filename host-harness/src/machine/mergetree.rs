@@ -113,15 +113,8 @@ fn check_regions(
     regions: &BuildRegions,
     count: u32,
 ) -> Result<(), MachineError> {
-    let runs = config.runs();
-    regions.check::<PortError>(&runs, count)?;
-    if config.further_passes(count) > 0 {
-        let (needed, available) = (runs.run_bytes(count), regions.runs_b.size);
-        if needed > u64::from(available) {
-            let region = RegionName::RunsB;
-            return Err(BuildError::RegionFull { region, needed, available }.into());
-        }
-    }
+    // Runs of the same length merged no less widely: no more passes, and no more room for them.
+    regions.check::<PortError>(&config.runs(), count)?;
     for (region, name) in [
         (regions.primitives, RegionName::Primitives),
         (regions.runs_a, RegionName::RunsA),
