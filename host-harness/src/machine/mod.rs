@@ -14,6 +14,7 @@ pub mod fault;
 pub mod heap;
 pub mod mergetree;
 pub mod multimerge;
+pub mod ploc;
 pub mod port;
 pub mod reader;
 pub mod sorter;
