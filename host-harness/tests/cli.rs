@@ -588,3 +588,35 @@ fn scenes_are_found_by_name_in_the_folders_of_xylem_scenes() {
         .expect("the command runs");
     assert_eq!(whole(&Ran(output).json(), "triangles"), 1);
 }
+
+#[test]
+fn the_clocked_builder_builds_the_same_tree_and_says_what_its_units_did() {
+    let place = Place::new();
+    let function = place.run(&["build", "terrain:6", "--json"]).json();
+    for memory in ["ideal", "slow", "p1-32"] {
+        let arguments = ["build", "terrain:6", "--engine", "cycle", "--memory", memory, "--json"];
+        let cycle = place.run(&arguments).json();
+        for key in ["primitives", "leaves", "nodes", "total_bytes", "sah_cost"] {
+            assert_eq!(cycle[key], function[key], "{memory}: {key}");
+        }
+        let stages = cycle["stages"].as_array().unwrap();
+        let cycles: u64 = stages.iter().map(|stage| whole(stage, "cycles")).sum();
+        assert_eq!(cycles, whole(&cycle, "build_cycles"), "{memory}");
+        assert_eq!(cycle["units"].as_array().unwrap().len(), 5, "{memory}");
+        assert_eq!(cycle.get("dram").is_none(), memory == "ideal", "{memory}");
+    }
+}
+
+#[test]
+fn sizes_of_the_clocked_builder_need_it_and_it_says_what_it_cannot_do() {
+    let place = Place::new();
+    let refused: [(&[&str], &str); 4] = [
+        (&["--sorters", "4"], "--engine cycle"),
+        (&["--engine", "cycle", "--format", "cbvh"], "64-byte nodes"),
+        (&["--engine", "cycle", "--record", "pair8"], "32-byte boxes"),
+        (&["--engine", "cycle", "--burst", "1"], "at least 2 records"),
+    ];
+    for (options, message) in refused {
+        place.run(&[&["build", "terrain:4"], options].concat()).fails_with(2, &[message]);
+    }
+}

@@ -31,10 +31,11 @@ pub struct MemoryTiming {
 
 /// The memories to choose from.
 ///
-/// Peak rates are those of P2 §6 (12.8, 25.6 and 42.7 GB/s) and P3 §5.3 (12.8 GB/s) at 1 GHz. The
+/// Peak rates are those of P2 §6 (12.8, 25.6 and 42.7 GB/s), P3 §5.3 (12.8 GB/s) and P1 §5 (16 and
+/// 32 GB/s) at 1 GHz; P1's latencies are taken to be P2's. The
 /// latency is that of an unloaded, closed-row LPDDR3-1600 read of 64 bytes, 34 memory clocks or 42.5
 /// ns; LPDDR3-1333 takes 29 clocks or 43.5 ns.
-pub const MEMORIES: [MemoryTiming; 5] = [
+pub const MEMORIES: [MemoryTiming; 7] = [
     MemoryTiming {
         name: "ideal",
         about: "every access takes no time",
@@ -72,6 +73,22 @@ pub const MEMORIES: [MemoryTiming; 5] = [
         about: "2 x 32 bit LPDDR3-1600, 12.8 GB/s",
         clock_mhz: 1000,
         deci_bytes_per_cycle: 128,
+        latency_cycles: 43,
+        outstanding: 8,
+    },
+    MemoryTiming {
+        name: "p1-16",
+        about: "2 x 32 bit, 16 GB/s",
+        clock_mhz: 1000,
+        deci_bytes_per_cycle: 160,
+        latency_cycles: 43,
+        outstanding: 8,
+    },
+    MemoryTiming {
+        name: "p1-32",
+        about: "2 x 32 bit at twice the bus clock, 32 GB/s",
+        clock_mhz: 1000,
+        deci_bytes_per_cycle: 320,
         latency_cycles: 43,
         outstanding: 8,
     },

@@ -7,6 +7,7 @@ use clap::builder::PossibleValuesParser;
 use xylem_core::error::RegionName;
 use xylem_core::sort::{InputFormat, ReadSchedule, RecordFormat, SortConfig};
 
+use super::machine::MachineArgs;
 use super::options::{self, TreeArgs, build_failed};
 use super::{CliError, Console};
 use crate::bus::{MEMORIES, MemoryTiming};
@@ -20,14 +21,17 @@ use crate::scene::Mesh;
 /// tree in one stream and, with --format cbvh, compresses it to 16-byte nodes. Prints the tree's
 /// size and quality, and the bytes and cycles of each stage.
 ///
-/// Bytes are exact: they are what crosses the memory bus. Cycles are a model: each access takes its
-/// bytes at the memory's rate and its share of the latency; time_ms is build_cycles over the clock.
-/// host_ms is how long this machine took.
+/// Bytes are exact: they are what crosses the memory bus. Cycles are a model. With --engine function,
+/// each access takes its bytes at the memory's rate and its share of the latency. With --engine
+/// cycle, every unit of the builder and every command of the LPDDR3 is simulated clock by clock.
+/// time_ms is build_cycles over the clock; host_ms is how long this machine took.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     xylem build bunny.obj.gz --format bvh2 --json\n  \
     xylem build terrain:10 --format cbvh --coords relative --memory fast\n  \
-    xylem build sphereflake --capacity 1024 --burst 8 --record pair8\n\n\
+    xylem build sphereflake --capacity 1024 --burst 8 --record pair8\n  \
+    xylem build bunny --engine cycle --memory medium\n  \
+    xylem build bunny --engine cycle --memory fast --overlap --share\n\n\
     JSON keys carry their unit; a quantity that was not measured is absent.")]
 pub(super) struct Args {
     #[command(flatten)]
@@ -50,11 +54,10 @@ pub(super) struct Args {
     /// reads those first that run dry first, so M / B runs are merged at once
     #[arg(long, value_enum, default_value_t = Schedule::DoubleBuffer)]
     schedule: Schedule,
-    /// What computes the build: the functions themselves, without cycles of their own
-    #[arg(long, value_enum, default_value_t = Engine::Function)]
-    engine: Engine,
-    /// The memory whose time is modelled, all at 1000 MHz: ideal takes no time; slow, medium and
-    /// fast move 12.8, 25.6 and 42.7 GB/s, p3 12.8 GB/s
+    #[command(flatten)]
+    machine: MachineArgs,
+    /// The memory whose time is modelled: ideal takes no time; slow, medium and fast move 12.8, 25.6
+    /// and 42.7 GB/s, p3 12.8 GB/s, p1-16 and p1-32 what they say
     #[arg(long, default_value = "slow", value_parser = memory_names())]
     memory: String,
     /// Give a region no more than BYTES; repeatable. Regions: primitives, runs-a, runs-b, nodes,
@@ -92,13 +95,6 @@ enum Schedule {
     Forecast,
 }
 
-/// `--engine`.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Engine {
-    /// What is computed, and its memory traffic
-    Function,
-}
-
 /// `--region-limit`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct RegionLimit {
@@ -109,7 +105,6 @@ struct RegionLimit {
 /// Runs the command.
 pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let mut options = args.tree.build_options()?;
-    let Engine::Function = args.engine;
     options.config.input = match args.input {
         Input::Aabb => InputFormat::Box32,
         Input::Triangle => InputFormat::Triangle40,
@@ -128,6 +123,7 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
         },
     };
     options.memory = *MemoryTiming::by_name(&args.memory).unwrap_or(&options.memory);
+    options.machine = args.machine.config(&options)?;
     let mesh = args.tree.load()?;
     fit_regions(&mesh, &options, &args.region_limit)?;
     let run = options::build(&mesh, &options)?;

@@ -7,6 +7,7 @@ mod build;
 mod console;
 mod demo;
 mod error;
+mod machine;
 mod options;
 mod output;
 mod progress;

@@ -10,6 +10,7 @@ use xylem_core::probe::Stage;
 use xylem_core::quality::Quality;
 use xylem_core::sort::{InputFormat, RecordFormat};
 
+use super::clocked::ClockedReport;
 use super::{Table, units};
 use crate::bus::Traffic;
 use crate::run::{BuildOptions, BuildRun};
@@ -46,6 +47,8 @@ pub struct BuildReport {
     pub grid_bits: u8,
     /// The largest leaf that was allowed, in primitives.
     pub max_leaf: u32,
+    /// What computed the build, as `--engine` names it.
+    pub engine: &'static str,
     /// The memory whose time is modelled, as `--memory` names it.
     pub memory: &'static str,
     /// The modelled clock in MHz.
@@ -83,8 +86,11 @@ pub struct BuildReport {
     /// `build_cycles` at `clock_mhz`, in milliseconds: **modelled**.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_ms: Option<f64>,
-    /// How long the host took to build and compress, in milliseconds: measured.
+    /// How long the host took to build and compress, or to simulate, in milliseconds: measured.
     pub host_ms: f64,
+    /// What the units on the clock did; `--engine cycle` only.
+    #[serde(flatten)]
+    pub clocked: Option<ClockedReport>,
     /// Traffic and cycles by stage; they add up to the totals.
     pub stages: Vec<StageReport>,
     /// Traffic by region; it adds up to the totals.
@@ -156,9 +162,10 @@ impl BuildReport {
     /// Collects the numbers of a build whose tree has the given quality.
     pub fn new(scene: &str, options: &BuildOptions, run: &BuildRun, quality: &Quality) -> Self {
         let (tree, total) = (&run.scene.tree, run.traffic.total());
-        let timed = options.memory.deci_bytes_per_cycle > 0;
+        let clocked = run.clocked.as_ref();
+        let timed = clocked.is_some() || options.memory.deci_bytes_per_cycle > 0;
         let build_cycles = timed.then(|| run.cycles());
-        let clock_mhz = options.memory.clock_mhz;
+        let clock_mhz = clocked.map_or(options.memory.clock_mhz, |c| c.config.clock_mhz);
         let (format, coords) = Self::format_words(tree.format);
         let config = &options.config;
         let ploc = match config.emitter {
@@ -186,6 +193,7 @@ impl BuildReport {
             morton_bits: config.morton.bits(),
             grid_bits: config.grid.bits(),
             max_leaf: config.max_leaf_size,
+            engine: if clocked.is_some() { "cycle" } else { "function" },
             memory: options.memory.name,
             clock_mhz,
             primitives: u64::from(tree.entry_count),
@@ -203,6 +211,7 @@ impl BuildReport {
             build_cycles,
             time_ms: build_cycles.map(|cycles| cycles as f64 / (f64::from(clock_mhz) * 1e3)),
             host_ms: units::milliseconds(run.host_time),
+            clocked: clocked.map(ClockedReport::new),
             stages: stages(&run.traffic, timed),
             regions: regions(&run.traffic),
         }
@@ -258,6 +267,11 @@ impl BuildReport {
     /// What the starred columns are.
     pub fn footnote(&self) -> String {
         match self.time_ms {
+            Some(ms) if self.clocked.is_some() => format!(
+                "  * modelled: every unit at {} MHz, memory `{}`; {ms:.3} ms in all. Emission \
+                 overlaps the merge",
+                self.clock_mhz, self.memory
+            ),
             Some(ms) => format!(
                 "  * modelled: memory `{}` at {} MHz, transfers and shared latency only; {ms:.3} ms \
                  in all",
@@ -293,7 +307,11 @@ impl fmt::Display for BuildReport {
         )?;
         writeln!(f, "\n{}\n{}", self.stage_table(), self.region_table())?;
         writeln!(f, "{}", self.footnote())?;
-        write!(f, "  host: built in {:.2} ms (measured, one thread)", self.host_ms)
+        if let Some(clocked) = &self.clocked {
+            write!(f, "{clocked}")?;
+        }
+        let did = if self.clocked.is_some() { "simulated" } else { "built" };
+        write!(f, "  host: {did} in {:.2} ms (measured, one thread)", self.host_ms)
     }
 }
 
@@ -303,7 +321,7 @@ fn stages(traffic: &Traffic, timed: bool) -> Vec<StageReport> {
     let mut millicycles = 0u64;
     for stage in STAGES {
         let tally = traffic.stage(stage);
-        if tally.reads + tally.writes == 0 {
+        if tally.reads + tally.writes + tally.millicycles == 0 {
             continue;
         }
         // Rounding the running sum, not each part, keeps the sum of the parts the whole.

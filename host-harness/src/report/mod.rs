@@ -4,6 +4,7 @@
 
 mod build;
 pub mod chart;
+mod clocked;
 pub mod colour;
 mod heat;
 pub mod html;
@@ -17,6 +18,7 @@ pub mod units;
 mod view;
 
 pub use build::{BuildReport, RegionReport, StageReport, stage_name};
+pub use clocked::{ClockedReport, MemoryReport, UnitReport};
 pub use heat::HeatMap;
 pub use picture::{LETTER, Picture};
 pub use shade::Shading;

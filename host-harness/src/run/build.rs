@@ -14,8 +14,10 @@ use xylem_core::quality::{self, Malformed, Quality};
 use xylem_core::sort::{HeapEntry, InputFormat, Item, Queue, Workspace};
 use xylem_core::traverse::Scene;
 
-use super::Layout;
+use super::{ClockedRun, Layout};
 use crate::bus::{FlatMemory, MEMORIES, MemoryError, MemoryTiming, Metered, StageClock, Traffic};
+use crate::machine::config::MachineConfig;
+use crate::machine::mergetree::MachineError;
 
 /// What to build.
 #[derive(Debug, Clone, Copy)]
@@ -26,11 +28,19 @@ pub struct BuildOptions {
     pub format: NodeFormat,
     /// The memory whose time is modelled.
     pub memory: MemoryTiming,
+    /// The machine that builds on the clock, with its `build` ignored for `config`; none for the
+    /// function alone.
+    pub machine: Option<MachineConfig>,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { config: BuildConfig::default(), format: NodeFormat::Bvh2, memory: MEMORIES[1] }
+        Self {
+            config: BuildConfig::default(),
+            format: NodeFormat::Bvh2,
+            memory: MEMORIES[1],
+            machine: None,
+        }
     }
 }
 
@@ -47,8 +57,11 @@ pub struct BuildRun {
     pub exact: Scene,
     /// Traffic by stage and region.
     pub traffic: Traffic,
-    /// How long the host took for building and compressing, measured.
+    /// How long the host took for building and compressing, measured; with a machine, how long it
+    /// simulated.
     pub host_time: Duration,
+    /// The clock's side of it, if a machine built.
+    pub clocked: Option<ClockedRun>,
 }
 
 /// Why a run stopped.
@@ -60,6 +73,12 @@ pub enum RunError {
     /// The core reported an error.
     #[error("{0}")]
     Build(#[from] BuildError<MemoryError>),
+    /// The machine reported an error.
+    #[error("{0}")]
+    Machine(#[from] MachineError),
+    /// The machine has no compressor.
+    #[error("the clocked builder writes 64-byte nodes; use format bvh2, or the function engine")]
+    ClockedFormat,
     /// The tree is not well formed; a defect.
     #[error("the tree is not well formed: {0:?} (a defect of the builder)")]
     Malformed(Malformed<MemoryError>),
@@ -70,6 +89,9 @@ pub enum RunError {
 /// # Errors
 /// [`RunError`], where the scene is too large or the core refuses it.
 pub fn build(triangles: &[Triangle], options: &BuildOptions) -> Result<BuildRun, RunError> {
+    if let Some(machine) = &options.machine {
+        return clocked(triangles, options, machine);
+    }
     let (memory, layout) = load(triangles, &options.config)?;
     let mut buffers = Buffers::new(&options.config);
     let stage = StageClock::default();
@@ -81,7 +103,29 @@ pub fn build(triangles: &[Triangle], options: &BuildOptions) -> Result<BuildRun,
     let traffic = bus.traffic();
     let scene = |tree| Scene { tree, triangles: layout.triangles, triangle_count: count };
     let (scene, exact) = (scene(tree), scene(exact));
-    Ok(BuildRun { memory: bus.into_inner(), layout, scene, exact, traffic, host_time })
+    let memory = bus.into_inner();
+    Ok(BuildRun { memory, layout, scene, exact, traffic, host_time, clocked: None })
+}
+
+/// The same on the clock.
+fn clocked(
+    triangles: &[Triangle],
+    options: &BuildOptions,
+    machine: &MachineConfig,
+) -> Result<BuildRun, RunError> {
+    if options.format != NodeFormat::Bvh2 {
+        return Err(RunError::ClockedFormat);
+    }
+    let machine = MachineConfig { build: options.config, ..*machine };
+    machine.check().map_err(MachineError::from)?;
+    let (mut memory, layout) = load(triangles, &machine.runs())?;
+    let count = triangles.len() as u32;
+    let clocked = super::clocked::run(&machine, &mut memory, &layout, count, &options.memory)?;
+    let tree = clocked.machine.tree;
+    let scene = Scene { tree, triangles: layout.triangles, triangle_count: count };
+    let (traffic, host_time) = (clocked.machine.traffic.clone(), clocked.host_time);
+    let clocked = Some(clocked);
+    Ok(BuildRun { memory, layout, scene, exact: scene, traffic, host_time, clocked })
 }
 
 /// Places triangles, and boxes if they are the input, in memory just large enough.

@@ -1,11 +1,13 @@
 //! Whole runs of the core on simulated memory: lay out, build, compress, trace.
 
 mod build;
+mod clocked;
 mod layout;
 mod reference;
 mod trace;
 
 pub use build::{Buffers, BuildOptions, BuildRun, RunError, build, check, job, load};
+pub use clocked::{ClockedRun, MemoryRun};
 pub use layout::Layout;
 pub use reference::{Answer, Reference};
 pub use trace::{Sums, TraceCounts, TraceRun, trace};
