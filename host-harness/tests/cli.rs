@@ -453,7 +453,7 @@ fn wrong_usage_exits_with_2_and_says_what_is_right() {
     let cases: &[(&[&str], &str)] = &[
         (&["build"], "<SCENE>"),
         (&["build", "a.obj", "--format", "mbvh4"], "[possible values: bvh2, cbvh]"),
-        (&["build", "a.obj", "--engine", "cycle"], "[possible values: function]"),
+        (&["build", "a.obj", "--engine", "gates"], "[possible values: function, cycle]"),
         (&["build", "a.obj", "--compress", "bottomup"], "[possible values: topdown]"),
         (&["build", "a.obj", "--memory", "dram"], "[possible values: ideal, slow, medium"),
         (&["build", "a.obj", "--format", "bvh2", "--coords", "modulo"], "use --format cbvh"),
