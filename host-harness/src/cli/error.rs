@@ -75,6 +75,9 @@ pub enum CliError {
         /// What the job said.
         source: JobError<MemoryError>,
     },
+    /// A trace of memory requests cannot be replayed.
+    #[error(transparent)]
+    Requests(#[from] crate::dram::TraceError),
     /// Options that do not go together.
     #[error("{0}")]
     Usage(String),

@@ -6,6 +6,7 @@
 mod build;
 mod console;
 mod demo;
+mod dram;
 mod error;
 mod machine;
 mod options;
@@ -41,7 +42,8 @@ pub use error::CliError;
         xylem trace bunny.obj.gz --rays my.rays --hits my.hits\n  \
         xylem render terrain --out terrain.png       a picture of a computed scene\n  \
         xylem soc cornell                            the same code on a RISC-V core\n  \
-        xylem scene list                             scenes that need no file\n\n\
+        xylem scene list                             scenes that need no file\n  \
+        xylem dram --trace my.trace --memory fast    requests on a clocked DRAM\n\n\
         Exit codes: 0 done, 1 failed, 2 wrong usage.",
     max_term_width = 100
 )]
@@ -62,6 +64,7 @@ enum Command {
     Render(render::Args),
     Scene(scene::Args),
     Soc(soc::Args),
+    Dram(dram::Args),
 }
 
 /// Runs the command line of this process and returns its exit code.
@@ -82,6 +85,7 @@ pub fn main() -> ExitCode {
         Some(Command::Render(args)) => render::run(&args, console),
         Some(Command::Scene(args)) => scene::run(&args, console),
         Some(Command::Soc(args)) => soc::run(&args, console),
+        Some(Command::Dram(args)) => dram::run(&args, console),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

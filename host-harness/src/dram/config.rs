@@ -30,20 +30,20 @@ pub struct ControllerConfig {
     pub read_queue: usize,
     /// Writes that may wait.
     pub write_queue: usize,
-    /// As many waiting writes begin a drain; one also begins when no read waits.
-    pub drain_from: usize,
-    /// As many waiting writes end a drain if a read waits.
-    pub drain_to: usize,
+    /// More waiting writes than this begin a drain; one also begins when no read waits.
+    pub drain_above: usize,
+    /// Fewer waiting writes than this end a drain if a read waits.
+    pub drain_below: usize,
     /// Once more than this many bursts have used an open row, its hits lose their precedence.
     pub row_hit_cap: u32,
 }
 
-/// Ramulator 1's controller: drains begin at int(0.8 · 32) and end at int(0.2 · 32).
+/// Ramulator 1's controller: drains begin above int(0.8 · 32) and end below int(0.2 · 32).
 pub const CONTROLLER: ControllerConfig = ControllerConfig {
     read_queue: 32,
     write_queue: 32,
-    drain_from: 25,
-    drain_to: 6,
+    drain_above: 25,
+    drain_below: 6,
     row_hit_cap: 16,
 };
 

@@ -1,24 +1,29 @@
-//! The controller of one channel: FR-FCFS with a row-hit cap, after Ramulator 1's.
+//! The controller of one channel: FR-FCFS with a row-hit cap, as Ramulator 1's.
 //!
-//! Each clock issues at most one command. In this order, a clock
-//! 1. puts a refresh into its own queue if one is due, which then has precedence over everything;
-//! 2. begins a drain of writes if `drain_from` of them wait or no read does, or ends it if at most
-//!    `drain_to` are left and a read waits;
-//! 3. takes from the queue that is served (refresh, writes or reads) the oldest request whose next
-//!    command is legal now and whose row has not used up its hits, or else simply the oldest;
-//! 4. issues that request's next command if it is legal: a precharge if another row is open, an
-//!    activate if none is, else the burst itself.
+//! There are three queues of requests: reads, writes, and those for which a row was opened. Each clock
+//! issues at most one command. In this order, a clock
+//! 1. notes a refresh if one is due;
+//! 2. begins to drain writes if more than `drain_above` wait or no read does, or stops if fewer than
+//!    `drain_below` are left and a read waits;
+//! 3. takes from the requests whose row was opened for them the oldest whose command is legal;
+//! 4. failing that, goes on with a refresh that is due: closes all banks, refreshes;
+//! 5. failing that, takes from the reads or, while draining, from the writes the oldest whose next
+//!    command is legal and whose row has not used up its hits, or else the oldest: a precharge if
+//!    another row is open, an activate if none is (which moves the request to the third queue), else
+//!    the burst itself.
 //!
-//! A hit thus waits for nothing but the rules, and a precharge that is legal while the data bus is
-//! busy may close a row that still has hits waiting. This is what Ramulator does, and it costs the
-//! second activates that the reference figures show.
+//! A precharge that is legal while the data bus is busy may so close a row for which hits wait. This is
+//! what Ramulator does, and it costs the second activates that its figures show. As there, writes that
+//! keep coming faster than they drain hold up reads without end; whoever offers both must bound them.
 //!
-//! Clocks in which no command can become legal are skipped: the result is that of stepping each.
+//! Clocks in which no command can become legal are skipped; the outcome is that of stepping each.
 
 use std::collections::VecDeque;
 
 use super::config::{Config, ControllerConfig};
-use super::device::{Address, Device};
+use super::device::{Address, Device, MAX_BANKS};
+use super::memory::Request;
+use super::queue::{Queue, RowUses, Waiting};
 use super::stats::ChannelStats;
 use super::timing::Command;
 
@@ -38,54 +43,62 @@ pub struct Issued {
 pub(super) struct Channel {
     device: Device,
     config: ControllerConfig,
+    banks: u32,
     bursts: u32,
     burst_clocks: u64,
     read_latency: u64,
     refresh_interval: Option<u64>,
-    reads: Vec<Waiting>,
-    writes: Vec<Waiting>,
+    reads: Queue,
+    writes: Queue,
+    /// Requests for which a row was opened.
+    opened: Queue,
     draining: bool,
+    /// Whether writes are drained however few they are.
+    flushing: bool,
     refreshes_due: u32,
     next_refresh: u64,
-    /// Bursts that used each bank's open row.
-    row_uses: Vec<u32>,
+    row_uses: RowUses,
     /// Reads on their way back, in order: when their last beat arrives, and their tag.
     returning: VecDeque<(u64, u64)>,
+    arrivals: u64,
     /// The next clock at which anything can happen if nothing is offered.
     wake: u64,
     ran_to: u64,
     log: Option<Vec<Issued>>,
 }
 
-/// A request in a queue, the oldest first.
 #[derive(Debug, Clone, Copy)]
-struct Waiting {
-    addr: u64,
-    tag: u64,
-    address: Address,
-    bursts_left: u32,
-    started: bool,
+enum Source {
+    Reads,
+    Writes,
+    Opened,
 }
 
 impl Channel {
     pub fn new(config: &Config) -> Self {
         let timing = &config.timing;
         let refresh_interval = timing.refi.map(|refi| u64::from(refi.max(1)));
+        let next_refresh = refresh_interval.unwrap_or(u64::MAX);
+        let banks = config.mapping.banks.clamp(1, MAX_BANKS);
         Self {
-            device: Device::new(timing, config.mapping.banks.max(1)),
+            device: Device::new(timing, banks),
             config: config.controller,
+            banks,
             bursts: config.mapping.bursts(),
             burst_clocks: u64::from(timing.burst),
             read_latency: u64::from(timing.read_latency()),
             refresh_interval,
-            reads: Vec::with_capacity(config.controller.read_queue),
-            writes: Vec::with_capacity(config.controller.write_queue),
+            reads: Queue::new(config.controller.read_queue, banks),
+            writes: Queue::new(config.controller.write_queue, banks),
+            opened: Queue::new(banks as usize, banks),
             draining: false,
+            flushing: false,
             refreshes_due: 0,
-            next_refresh: refresh_interval.unwrap_or(u64::MAX),
-            row_uses: vec![0; config.mapping.banks.max(1) as usize],
+            next_refresh,
+            row_uses: RowUses::new(banks, config.controller.row_hit_cap),
             returning: VecDeque::new(),
-            wake: refresh_interval.unwrap_or(u64::MAX),
+            arrivals: 0,
+            wake: next_refresh,
             ran_to: 0,
             log: None,
         }
@@ -94,29 +107,36 @@ impl Channel {
     /// Puts a request into its queue after running clock `now`; false if that queue is full.
     pub fn offer(
         &mut self,
-        (addr, write, tag): (u64, bool, u64),
+        request: Request,
         address: Address,
         now: u64,
         stats: &mut ChannelStats,
     ) -> bool {
         self.run(now, stats);
-        let (queue, limit) = match write {
-            true => (&mut self.writes, self.config.write_queue),
-            false => (&mut self.reads, self.config.read_queue),
-        };
-        if queue.len() >= limit {
+        let Request { addr, write, tag } = request;
+        let source = if write { Source::Writes } else { Source::Reads };
+        if self.queue(source).is_full() {
             return false;
         }
-        let request = Waiting { addr, tag, address, bursts_left: self.bursts, started: false };
-        if !write && self.writes.iter().any(|waiting| waiting.addr == addr) {
+        let arrival = self.arrivals;
+        self.arrivals += 1;
+        self.flushing = false;
+        if !write && (self.writes.writes_to(addr) || self.opened.writes_to(addr)) {
             stats.forwarded_reads += 1;
             self.give_back(tag, self.ran_to + 1);
-        } else {
-            let queue = if write { &mut self.writes } else { &mut self.reads };
-            queue.push(request);
-            self.wake = self.ran_to + 1;
+            return true;
         }
+        let bursts_left = self.bursts;
+        let request = Waiting { addr, write, tag, address, bursts_left, started: false, arrival };
+        self.queue_mut(source).insert(request);
+        self.wake = self.ran_to + 1;
         true
+    }
+
+    /// Drains writes however few they are, until something is offered.
+    pub fn flush(&mut self) {
+        self.flushing = true;
+        self.wake = self.ran_to + 1;
     }
 
     /// Runs all clocks up to and including `now` that have not been run.
@@ -128,16 +148,15 @@ impl Channel {
         self.ran_to = self.ran_to.max(now);
     }
 
-    /// The next clock after `now` at which something can happen, unless idle.
+    /// The first clock after `now` at which something can happen; `None` if no request is here.
     pub fn next_event(&self, now: u64) -> Option<u64> {
-        let waiting = !self.reads.is_empty() || !self.writes.is_empty();
-        let command = waiting.then_some(self.wake.max(now + 1));
+        let command = self.has_waiting().then_some(self.wake.max(now + 1));
         let data = self.returning.iter().map(|(ready, _)| *ready).find(|ready| *ready > now);
         command.into_iter().chain(data).min()
     }
 
     pub fn is_idle(&self) -> bool {
-        self.reads.is_empty() && self.writes.is_empty() && self.returning.is_empty()
+        !self.has_waiting() && self.returning.is_empty()
     }
 
     /// When the next read that comes back is there.
@@ -150,16 +169,22 @@ impl Channel {
         self.returning.pop_front().map(|(_, tag)| tag)
     }
 
+    /// Clocks before `clocks` in which a bank was open.
     pub fn active_clocks(&self, clocks: u64) -> u64 {
         self.device.active_clocks(clocks)
     }
 
+    /// Keeps a record of all commands from now on.
     pub fn record(&mut self) {
         self.log.get_or_insert_default();
     }
 
     pub fn log(&self) -> &[Issued] {
         self.log.as_deref().unwrap_or_default()
+    }
+
+    fn has_waiting(&self) -> bool {
+        !self.reads.is_empty() || !self.writes.is_empty() || !self.opened.is_empty()
     }
 
     fn step(&mut self, now: u64, stats: &mut ChannelStats) {
@@ -169,125 +194,155 @@ impl Channel {
             self.refreshes_due += 1;
             self.next_refresh += interval;
         }
-        if self.draining {
-            self.draining = self.writes.len() > self.config.drain_to || self.reads.is_empty();
-        } else {
-            self.draining = self.writes.len() >= self.config.drain_from || self.reads.is_empty();
-        }
-        let again = match self.refreshes_due {
-            0 => self.serve(now, stats),
-            _ => self.refresh(now, stats),
+        self.draining = self.drains_next();
+        let again = match self.serve(Source::Opened, now, stats) {
+            Ok(()) => now,
+            Err(opened) => {
+                let served = match (self.refreshes_due, self.draining) {
+                    (0, false) => self.serve(Source::Reads, now, stats),
+                    (0, true) => self.serve(Source::Writes, now, stats),
+                    _ => self.refresh(now, stats),
+                };
+                served.map_or_else(|again| again.min(opened), |()| now)
+            }
         };
+        // Thresholds that overlap change the mode each clock.
+        let again = if self.drains_next() == self.draining { again } else { now };
         self.wake = again.min(self.next_refresh).max(now + 1);
     }
 
-    /// Brings the oldest refresh on; returns when to look again.
-    fn refresh(&mut self, now: u64, stats: &mut ChannelStats) -> u64 {
+    fn drains_next(&self) -> bool {
+        let above = if self.flushing { 0 } else { self.config.drain_above };
+        match self.draining {
+            true => self.writes.len() >= self.config.drain_below || self.reads.is_empty(),
+            false => self.writes.len() > above || self.reads.is_empty(),
+        }
+    }
+
+    /// Brings the oldest refresh on, or says when to try again.
+    fn refresh(&mut self, now: u64, stats: &mut ChannelStats) -> Result<(), u64> {
         let command = match self.device.open_banks() {
             0 => Command::Refresh,
             _ => Command::PrechargeAll,
         };
         let earliest = self.device.earliest(command, Address::default());
         if earliest > now {
-            return earliest;
+            return Err(earliest);
         }
-        self.issue(command, Address::default(), now, stats);
+        self.issue(command, Address::default(), now, stats)?;
         if command == Command::Refresh {
             self.refreshes_due -= 1;
         }
-        now + 1
+        Ok(())
     }
 
-    /// Brings a request of the queue that is served on; returns when to look again.
-    fn serve(&mut self, now: u64, stats: &mut ChannelStats) -> u64 {
-        let write = self.draining;
-        let chosen = match self.choose(write, now) {
-            Ok(chosen) => chosen,
-            Err(again) => return again,
-        };
-        let queue = if write { &mut self.writes } else { &mut self.reads };
-        let Some(request) = queue.get_mut(chosen) else { return u64::MAX };
-        let address = request.address;
-        let (command, outcome) = match self.device.open_row(address.bank) {
-            None => (Command::Activate, &mut stats.row_misses),
-            Some(row) if row != address.row => (Command::Precharge, &mut stats.row_conflicts),
-            Some(_) if write => (Command::Write, &mut stats.row_hits),
-            Some(_) => (Command::Read, &mut stats.row_hits),
-        };
+    /// Brings a request of a queue on, or says when to try again.
+    fn serve(&mut self, source: Source, now: u64, stats: &mut ChannelStats) -> Result<(), u64> {
+        let (device, uses) = (&self.device, &self.row_uses);
+        let chosen = match source {
+            Source::Reads => self.reads.choose(Command::Read, device, uses, now),
+            Source::Writes => self.writes.choose(Command::Write, device, uses, now),
+            Source::Opened => self.opened.choose_of_few(device, uses, now),
+        }?;
+        let Some(&request) = self.queue(source).get(chosen) else { return Err(u64::MAX) };
+        let command = request.needs(self.device.open_row(request.address.bank));
+        self.issue(command, request.address, now, stats)?;
         if !request.started {
-            request.started = true;
-            *outcome += 1;
+            match command {
+                Command::Activate => stats.row_misses += 1,
+                Command::Precharge => stats.row_conflicts += 1,
+                _ => stats.row_hits += 1,
+            }
         }
-        if matches!(command, Command::Read | Command::Write) {
-            request.address.column += 1;
-            request.bursts_left = request.bursts_left.saturating_sub(1);
-            if request.bursts_left == 0 {
-                let tag = request.tag;
+
+        let queue = self.queue_mut(source);
+        match command {
+            Command::Activate => {
+                if let Some(request) = queue.remove(chosen) {
+                    self.opened.insert(Waiting { started: true, ..request });
+                }
+            }
+            Command::Read | Command::Write if request.bursts_left == 1 => {
                 queue.remove(chosen);
-                match write {
-                    true => stats.writes += 1,
-                    false => {
-                        stats.reads += 1;
-                        self.give_back(tag, now + self.read_latency);
-                    }
+                if request.write {
+                    stats.writes += 1;
+                } else {
+                    stats.reads += 1;
+                    self.give_back(request.tag, now + self.read_latency);
+                }
+            }
+            _ => {
+                if let Some(waiting) = queue.get_mut(chosen) {
+                    let bursts = u32::from(command != Command::Precharge);
+                    waiting.started = true;
+                    waiting.bursts_left -= bursts;
+                    waiting.address.column += bursts;
                 }
             }
         }
-        self.issue(command, address, now, stats);
-        now + 1
+        Ok(())
     }
 
-    /// The request of a queue to bring on, or when to look again.
-    fn choose(&self, write: bool, now: u64) -> Result<usize, u64> {
-        let queue = if write { &self.writes } else { &self.reads };
-        let mut again = u64::MAX;
-        for (i, request) in queue.iter().enumerate() {
-            let address = request.address;
-            let (command, uses) = match self.device.open_row(address.bank) {
-                None => (Command::Activate, 0),
-                Some(row) if row != address.row => (Command::Precharge, 0),
-                Some(_) => {
-                    let command = if write { Command::Write } else { Command::Read };
-                    (command, self.row_uses.get(address.bank as usize).copied().unwrap_or(0))
-                }
-            };
-            if uses > self.config.row_hit_cap && i > 0 {
-                continue;
-            }
-            let earliest = self.device.earliest(command, address);
-            if earliest <= now && uses <= self.config.row_hit_cap {
-                return Ok(i);
-            }
-            again = again.min(earliest);
+    fn queue(&self, source: Source) -> &Queue {
+        match source {
+            Source::Reads => &self.reads,
+            Source::Writes => &self.writes,
+            Source::Opened => &self.opened,
         }
-        // The oldest, even if its row has used up its hits.
-        if again <= now { Ok(0) } else { Err(again) }
     }
 
-    fn issue(&mut self, command: Command, address: Address, now: u64, stats: &mut ChannelStats) {
-        // The rules were asked before; a refusal would be a defect that the command log shows.
-        let Ok(closed) = self.device.issue(command, address, now) else { return };
+    fn queue_mut(&mut self, source: Source) -> &mut Queue {
+        match source {
+            Source::Reads => &mut self.reads,
+            Source::Writes => &mut self.writes,
+            Source::Opened => &mut self.opened,
+        }
+    }
+
+    /// Issues a command that the rules were asked about. Were the device to refuse it, it would be
+    /// tried again each clock, and the request would never be done.
+    fn issue(
+        &mut self,
+        command: Command,
+        address: Address,
+        now: u64,
+        stats: &mut ChannelStats,
+    ) -> Result<(), u64> {
+        let closed = self.device.issue(command, address, now).map_err(|_| now + 1)?;
         if let Some(log) = &mut self.log {
             log.push(Issued { clock: now, command, address });
         }
         stats.precharges += u64::from(closed);
-        let uses = self.row_uses.get_mut(address.bank as usize);
         match command {
             Command::Activate => {
                 stats.activates += 1;
-                uses.into_iter().for_each(|uses| *uses = 0);
+                self.row_uses.reset(address.bank);
+                self.queues().into_iter().for_each(|queue| queue.row_opened(address));
+            }
+            Command::Precharge => {
+                self.queues().into_iter().for_each(|queue| queue.row_closed(address.bank));
+            }
+            Command::PrechargeAll => {
+                for bank in 0..self.banks {
+                    self.queues().into_iter().for_each(|queue| queue.row_closed(bank));
+                }
             }
             Command::Read | Command::Write => {
-                match command {
-                    Command::Read => stats.read_bursts += 1,
-                    _ => stats.write_bursts += 1,
-                }
+                let bursts = match command {
+                    Command::Read => &mut stats.read_bursts,
+                    _ => &mut stats.write_bursts,
+                };
+                *bursts += 1;
                 stats.busy_clocks += self.burst_clocks;
-                uses.into_iter().for_each(|uses| *uses += 1);
+                self.row_uses.count(address.bank);
             }
             Command::Refresh => stats.refreshes += 1,
-            Command::Precharge | Command::PrechargeAll => {}
         }
+        Ok(())
+    }
+
+    fn queues(&mut self) -> [&mut Queue; 3] {
+        [&mut self.reads, &mut self.writes, &mut self.opened]
     }
 
     /// Data comes back in order, one request a clock at most.

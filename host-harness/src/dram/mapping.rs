@@ -1,6 +1,6 @@
 //! Which channel, bank, row and column an address is in.
 
-use super::device::Address;
+use super::device::{Address, MAX_BANKS};
 
 /// Bytes of a request.
 pub const REQUEST_BYTES: u64 = 64;
@@ -13,7 +13,7 @@ pub const REQUEST_BYTES: u64 = 64;
 pub struct Mapping {
     /// Channels.
     pub channels: u32,
-    /// Banks of a channel.
+    /// Banks of a channel, at most [`MAX_BANKS`].
     pub banks: u32,
     /// Rows of a bank.
     pub rows: u32,
@@ -37,7 +37,7 @@ impl Mapping {
         };
         let channel = take(self.channels);
         let column = take(self.row_bytes / REQUEST_BYTES as u32) * self.bursts();
-        let bank = take(self.banks);
+        let bank = take(self.banks.min(MAX_BANKS));
         let row = take(self.rows);
         (channel as usize, Address { bank, row, column })
     }

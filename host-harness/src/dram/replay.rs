@@ -6,7 +6,7 @@ use super::memory::{Memory, Request};
 /// a clock, until all are done; returns the clocks that took.
 ///
 /// This is what Ramulator 1 does with a DRAM trace. As there, a request whose queue is full holds up
-/// those behind it, even if they go to other channels. `done` is told of every read that comes back,
+/// those behind it, even if they go to other channels, and once all are accepted writes drain at once. `done` is told of every read that comes back,
 /// by its place in the trace, and `step` of every request that was accepted.
 ///
 /// # Errors
@@ -25,17 +25,19 @@ pub fn replay<E>(
             Some((tag, request)) => {
                 let (addr, write) = request?;
                 let accepted = memory.offer(Request { addr, write, tag }, clock);
-                next = match accepted {
-                    true => requests.next(),
-                    false => Some((tag, Ok((addr, write)))),
-                };
                 if accepted {
                     step(tag);
+                    next = requests.next();
+                } else {
+                    next = Some((tag, Ok((addr, write))));
                 }
                 accepted
             }
             None if memory.is_idle() => return Ok(clock),
-            None => false,
+            None => {
+                memory.flush();
+                false
+            }
         };
         // A full queue stays full until something happens.
         let event = if accepted { None } else { memory.next_event(clock) };

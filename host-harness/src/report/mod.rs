@@ -6,6 +6,7 @@ mod build;
 pub mod chart;
 mod clocked;
 pub mod colour;
+mod dram;
 mod heat;
 pub mod html;
 mod picture;
@@ -19,6 +20,7 @@ mod view;
 
 pub use build::{BuildReport, RegionReport, StageReport, stage_name};
 pub use clocked::{ClockedReport, MemoryReport, UnitReport};
+pub use dram::DramReport;
 pub use heat::HeatMap;
 pub use picture::{LETTER, Picture};
 pub use shade::Shading;
