@@ -66,6 +66,10 @@ pub enum ConfigError {
     Radius,
     /// The chain of the clustering emitter is not 1 to 8 sweeps.
     Chain,
+    /// Leaves are to be joined to more than 16 primitives.
+    JoinedLeaf,
+    /// The top-level builder has no storage, or its treelets are not 3 to 16 leaves.
+    TopLevel,
 }
 
 impl fmt::Display for ConfigError {
@@ -78,6 +82,11 @@ impl fmt::Display for ConfigError {
             Self::LeafSize => "leaf size must be from 1 to 255",
             Self::Radius => "search radius must be from 1 to 16 clusters",
             Self::Chain => "chain must be from 1 to 8 sweeps",
+            Self::JoinedLeaf => "leaves can be joined up to 16 primitives, and not by the clustering emitter",
+            Self::TopLevel => {
+                "a top-level build needs cells of the lbvh emitter, storage for them, and treelets of \
+                 3 to 16 leaves"
+            }
         })
     }
 }
@@ -126,6 +135,8 @@ pub enum BuildError<E> {
         /// Its index in the list.
         index: u32,
     },
+    /// Sorted records came back from memory in another order.
+    Unsorted,
     /// An internal bound was exceeded; this is a defect of the core.
     Internal,
 }
@@ -147,6 +158,7 @@ impl<E: fmt::Debug> fmt::Display for BuildError<E> {
             Self::PointerOverflow => f.write_str("more nodes than the format's pointers can name"),
             Self::CorruptNode { index } => write!(f, "node {index} in memory is corrupt"),
             Self::CorruptCluster { index } => write!(f, "cluster {index} in memory is corrupt"),
+            Self::Unsorted => f.write_str("sorted records came back from memory in another order"),
             Self::Internal => f.write_str("an internal bound was exceeded (a defect of the core)"),
         }
     }

@@ -12,6 +12,7 @@
 //!   watches, and what can go wrong.
 //! - [`sort`] and [`emit`]: the external merge sort and the hierarchy emitter. Hardware units mirror
 //!   their parts one to one.
+//! - [`toplevel`]: builders of the top of a tree over what the emitter leaves there.
 //! - [`node`] and [`compress`]: byte formats of trees, and how a tree becomes a quantized one.
 //! - [`traverse`]: rays through a tree of any format.
 //! - [`pipeline`] and [`quality`]: whole builds, and whether and how good a tree came out. Firmware
@@ -89,4 +90,5 @@ pub mod pipeline;
 pub mod probe;
 pub mod quality;
 pub mod sort;
+pub mod toplevel;
 pub mod traverse;

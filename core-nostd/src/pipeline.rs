@@ -1,18 +1,21 @@
 //! Whole builds: primitives in, tree out.
 
 mod ploc;
+mod tree;
 
 use self::ploc::PlocWriter;
-use crate::emit::{Emitter, EmitterKind, Step};
+use self::tree::{MAX_JOINED, TreeWriter};
+use crate::emit::{CellConfig, EmitterKind};
 use crate::error::{BuildError, ConfigError, RegionName};
 use crate::mem::{BurstWriter, Bus, Region};
-use crate::node::{Bvh2Node, LeafEntry, MAX_LEAF_SIZE, NodeFormat, Subtree, Tree};
+use crate::node::{LeafEntry, MAX_LEAF_SIZE, Tree};
 use crate::num::{Grid, MortonCoder, MortonWidth};
 use crate::probe::{Probe, Stage};
 use crate::sort::{
     InputFormat, Item, MultiMerge, PrimitiveDecoder, PrimitiveReader, RecordFormat, SortConfig,
     Workspace, partial_sort,
 };
+use crate::toplevel::{TopLevel, TopStorage};
 
 /// What to build and how.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -27,10 +30,17 @@ pub struct BuildConfig {
     pub sort: SortConfig,
     /// The largest leaf, in primitives, 1 to 255. Only primitives with equal codes share a leaf.
     pub max_leaf_size: u32,
+    /// Neighbouring leaves are joined up to this many primitives, at most 16, where a leaf costs no
+    /// more than a node over two; 0 leaves every leaf as it is.
+    pub join_leaves: u32,
     /// Bytes of a burst of the node and leaf table writers.
     pub write_burst: u32,
     /// Which tree is made of the sorted primitives.
     pub emitter: EmitterKind,
+    /// How the top of the tree is built.
+    pub top_level: TopLevel,
+    /// With a top level, what it is built over.
+    pub cells: CellConfig,
 }
 
 impl Default for BuildConfig {
@@ -42,8 +52,11 @@ impl Default for BuildConfig {
             input: InputFormat::Box32,
             sort: SortConfig::PAPER,
             max_leaf_size: MAX_LEAF_SIZE,
+            join_leaves: 0,
             write_burst: 512,
             emitter: EmitterKind::Lbvh,
+            top_level: TopLevel::None,
+            cells: CellConfig::default(),
         }
     }
 }
@@ -124,11 +137,17 @@ impl BuildConfig {
         if self.max_leaf_size == 0 || self.max_leaf_size > MAX_LEAF_SIZE {
             return Err(ConfigError::LeafSize);
         }
+        if self.join_leaves as usize > MAX_JOINED {
+            return Err(ConfigError::JoinedLeaf);
+        }
         if self.sort.record == RecordFormat::Pair8 && self.morton == MortonWidth::Bits63 {
             return Err(ConfigError::PairCode);
         }
         match &self.emitter {
             EmitterKind::Lbvh => Ok(()),
+            // The clusters are no cells of the Morton order.
+            EmitterKind::Ploc(_) if self.top_level != TopLevel::None => Err(ConfigError::TopLevel),
+            EmitterKind::Ploc(_) if self.join_leaves > 0 => Err(ConfigError::JoinedLeaf),
             EmitterKind::Ploc(ploc) => ploc.check(),
         }
     }
@@ -176,8 +195,28 @@ pub fn build<B: Bus, P: Probe>(
     workspace: &mut Workspace<'_>,
     probe: &mut P,
 ) -> Result<Tree, BuildError<B::Error>> {
+    build_with_top(bus, config, regions, count, workspace, &mut TopStorage::none(), probe)
+}
+
+/// As [`build`], with storage for the builder of the top of the tree where [`BuildConfig::top_level`]
+/// asks for one (P2 §5.6).
+///
+/// The tree then depends on [`BuildConfig::cells`] too.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_with_top<B: Bus, P: Probe>(
+    bus: &mut B,
+    config: &BuildConfig,
+    regions: &BuildRegions,
+    count: u32,
+    workspace: &mut Workspace<'_>,
+    top: &mut TopStorage<'_>,
+    probe: &mut P,
+) -> Result<Tree, BuildError<B::Error>> {
     config.check()?;
     config.sort.check_storage(workspace)?;
+    config.top_level.check_storage(&config.cells, top)?;
     let (capacity, width) = (config.sort.capacity, config.sort.width());
     let passes = config.further_passes(count);
     regions.check(config, count)?;
@@ -213,11 +252,11 @@ pub fn build<B: Bus, P: Probe>(
     let boxes = pairs.then_some(&reader);
     match &config.emitter {
         EmitterKind::Lbvh => {
-            let mut tree = TreeWriter::new(config, regions);
+            let mut tree = TreeWriter::new(config, regions, top);
             stream(bus, &mut merge, boxes, probe, |bus, item, probe| {
                 tree.accept(bus, item, probe)
             })?;
-            tree.finish(bus, probe)
+            tree.finish(bus, config.top_level, probe)
         }
         EmitterKind::Ploc(ploc) => {
             let mut tree = PlocWriter::new(config, ploc, regions, target, count, probe);
@@ -286,103 +325,4 @@ fn merge_pass<B: Bus, P: Probe>(
         first = end;
     }
     writer.flush(bus)
-}
-
-/// The emitter with its two write ports.
-struct TreeWriter {
-    emitter: Emitter,
-    nodes: BurstWriter,
-    leaf_table: BurstWriter,
-    tree: Tree,
-}
-
-impl TreeWriter {
-    fn new(config: &BuildConfig, regions: &BuildRegions) -> Self {
-        let port =
-            |region, name| BurstWriter::new(region, name, Stage::Emit, config.write_burst as usize);
-        Self {
-            emitter: Emitter::new(config.max_leaf_size),
-            nodes: port(regions.nodes, RegionName::Nodes),
-            leaf_table: port(regions.leaf_table, RegionName::LeafTable),
-            tree: Tree {
-                format: NodeFormat::Bvh2,
-                root: None,
-                node_count: 0,
-                leaf_count: 0,
-                entry_count: 0,
-                nodes: regions.nodes,
-                leaf_table: regions.leaf_table,
-            },
-        }
-    }
-
-    #[inline]
-    fn accept<B: Bus, P: Probe>(
-        &mut self,
-        bus: &mut B,
-        item: &Item,
-        probe: &mut P,
-    ) -> Result<(), BuildError<B::Error>> {
-        let entry = self.emitter.accept(item, probe).map_err(|_| BuildError::Internal)?;
-        probe.stage(Stage::Emit);
-        self.tree.entry_count += 1;
-        self.write_entry(bus, entry)?;
-        self.drain(bus, probe)?;
-        probe.stage(Stage::Merge);
-        Ok(())
-    }
-
-    fn finish<B: Bus, P: Probe>(
-        mut self,
-        bus: &mut B,
-        probe: &mut P,
-    ) -> Result<Tree, BuildError<B::Error>> {
-        probe.stage(Stage::Emit);
-        let entry = self.emitter.finish();
-        self.write_entry(bus, entry)?;
-        self.tree.root = self.drain(bus, probe)?;
-        self.nodes.flush(bus)?;
-        self.leaf_table.flush(bus)?;
-        self.tree.node_count = self.emitter.nodes();
-        self.tree.leaf_count = self.emitter.leaves();
-        Ok(self.tree)
-    }
-
-    #[inline]
-    fn write_entry<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        entry: Option<LeafEntry>,
-    ) -> Result<(), BuildError<B::Error>> {
-        match entry {
-            Some(entry) => self.leaf_table.push(bus, &entry.to_bytes()),
-            None => Ok(()),
-        }
-    }
-
-    /// Steps the emitter until it is ready; gives the root if the input has ended.
-    #[inline]
-    fn drain<B: Bus, P: Probe>(
-        &mut self,
-        bus: &mut B,
-        probe: &mut P,
-    ) -> Result<Option<Subtree>, BuildError<B::Error>> {
-        while !self.emitter.is_ready() {
-            match self.emitter.step(probe) {
-                Step::Node(node) => self.write_node(bus, &node)?,
-                Step::Root(root) => return Ok(Some(root)),
-                Step::Push | Step::Idle => {}
-            }
-        }
-        Ok(None)
-    }
-
-    #[inline]
-    fn write_node<B: Bus>(
-        &mut self,
-        bus: &mut B,
-        node: &Bvh2Node,
-    ) -> Result<(), BuildError<B::Error>> {
-        self.nodes.push(bus, &node.to_bytes())
-    }
 }

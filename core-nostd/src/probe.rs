@@ -15,6 +15,8 @@ pub enum Stage {
     Merge,
     /// Nodes and leaf table entries are written.
     Emit,
+    /// The top of the tree is built over the cells that the emitter left.
+    TopLevel,
     /// Finished nodes are read back and written in a quantized format.
     Compress,
     /// Rays are traced.
@@ -62,6 +64,21 @@ pub trait Probe {
     /// beat before happened in this one.
     #[inline]
     fn ploc_beat(&mut self) {}
+    /// The emitter handed out a cell.
+    #[inline]
+    fn top_cell(&mut self) {}
+    /// The cell buffer was full: its `cells` cells go through the emitter again.
+    #[inline]
+    fn top_coarsen(&mut self, cells: usize) {}
+    /// The binned builder partitions and bins a range of `cells` cells in one sweep.
+    #[inline]
+    fn top_sweep(&mut self, cells: usize) {}
+    /// A treelet of `leaves` leaves was looked at, and rebuilt if that was `better`.
+    #[inline]
+    fn top_treelet(&mut self, leaves: usize, better: bool) {}
+    /// A top-level builder completed a node.
+    #[inline]
+    fn top_node(&mut self) {}
     /// Traversal fetched a node of `bytes` bytes.
     #[inline]
     fn node_fetch(&mut self, addr: ByteAddr, bytes: u32) {}
@@ -129,6 +146,26 @@ impl<P: Probe + ?Sized> Probe for &mut P {
     #[inline]
     fn ploc_beat(&mut self) {
         (**self).ploc_beat();
+    }
+    #[inline]
+    fn top_cell(&mut self) {
+        (**self).top_cell();
+    }
+    #[inline]
+    fn top_coarsen(&mut self, cells: usize) {
+        (**self).top_coarsen(cells);
+    }
+    #[inline]
+    fn top_sweep(&mut self, cells: usize) {
+        (**self).top_sweep(cells);
+    }
+    #[inline]
+    fn top_treelet(&mut self, leaves: usize, better: bool) {
+        (**self).top_treelet(leaves, better);
+    }
+    #[inline]
+    fn top_node(&mut self) {
+        (**self).top_node();
     }
     #[inline]
     fn node_fetch(&mut self, addr: ByteAddr, bytes: u32) {

@@ -388,7 +388,7 @@ fn an_emitter_keeps_its_bounds_whatever_order_codes_come_in() {
                 match emitter.step(&mut ()) {
                     Step::Node(_) => nodes += 1,
                     Step::Root(subtree) => root = Some(subtree),
-                    Step::Push | Step::Idle => {}
+                    Step::Push | Step::Cell(_) | Step::JoinLeaves { .. } | Step::Idle => {}
                 }
             }
         };

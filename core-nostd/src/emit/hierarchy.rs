@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use crate::geom::PrimIndex;
+use crate::geom::{Aabb, PrimIndex};
 use crate::node::{Bvh2Node, Child, LeafEntry, NodeIndex, Subtree};
 use crate::probe::Probe;
 use crate::sort::Item;
@@ -18,10 +18,25 @@ pub const MAX_DEPTH: usize = 63 + 32;
 /// A level of the hierarchy: which bit a split is at. Bits of the leaf counter rank below all bits
 /// of the Morton code; the end of the input ranks above.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-struct Level(u8);
+pub struct Level(u8);
 
 impl Level {
-    const INFINITE: Self = Self(u8::MAX);
+    /// The end of the input: above all bits.
+    pub const INFINITE: Self = Self(u8::MAX);
+    /// Above all bits, below the end.
+    const HIGHEST: Self = Self(MAX_DEPTH as u8);
+
+    /// The level of a split that has `below` levels under it, up to [`MAX_DEPTH`].
+    pub(crate) const fn split(below: u8) -> Self {
+        Self(below)
+    }
+
+    /// The level below which `bits` bits at the top of a code of `width` bits differ: the highest
+    /// bit that is not among them. With all of them, the levels of the leaf counter remain.
+    pub const fn below(bits: u32, width: u32) -> Self {
+        let bits = if bits < width { bits } else { width };
+        Self((32 + width - bits) as u8 - 1)
+    }
 
     /// The highest bit in which two different Morton codes differ.
     fn of_codes(a: u64, b: u64) -> Self {
@@ -34,11 +49,52 @@ impl Level {
     }
 }
 
-/// A stack entry: a subtree that waits for its right sibling, and the level of the split.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    subtree: Subtree,
-    level: Level,
+/// A subtree that has everything but its place in the tree: an entry of the emitter's stack, and
+/// what the emitter hands out above its threshold.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Cell {
+    /// The subtree.
+    pub subtree: Subtree,
+    /// The level of the split between this subtree and the next one.
+    pub level: Level,
+    /// Nodes on the longest way down the subtree; 0 for a leaf.
+    pub depth: u8,
+    /// Primitives in it.
+    pub size: u32,
+}
+
+impl Cell {
+    /// Something to fill a buffer with.
+    pub const EMPTY: Self = Self {
+        subtree: Subtree { bounds: Aabb::EMPTY, child: Child::Leaf { first: 0, count: 0 } },
+        level: Level::INFINITE,
+        depth: 0,
+        size: 0,
+    };
+
+    /// Whether this is a leaf that ends in front of entry `end`: the last one closed, if that is where
+    /// the closed ones end, and not one that comes from a buffer.
+    fn is_leaf_before(&self, end: u32) -> bool {
+        matches!(self.subtree.child, Child::Leaf { first, count } if first + count == end)
+    }
+
+    /// The leaf of this leaf and the next one, if it has at most `limit` primitives and does not cost
+    /// more than a node over the two, with `Ci` = 1.2 and `Ct` = 1.
+    fn join(&self, next: &Self, bounds: Aabb, limit: u32) -> Option<Self> {
+        let size = self.size + next.size;
+        let (Child::Leaf { first, .. }, Child::Leaf { .. }) =
+            (self.subtree.child, next.subtree.child)
+        else {
+            return None;
+        };
+        let cost = |bounds: &Aabb, size: u32| u128::from(bounds.half_area()) * u128::from(size);
+        let (left, right) = (&self.subtree.bounds, &next.subtree.bounds);
+        let apart = 6 * u128::from(bounds.half_area())
+            + 5 * (cost(left, self.size) + cost(right, next.size));
+        let joined = size <= limit && 5 * cost(&bounds, size) <= apart;
+        let child = Child::Leaf { first, count: size };
+        joined.then_some(Self { subtree: Subtree { bounds, child }, size, ..*next })
+    }
 }
 
 /// What [`Emitter::step`] did.
@@ -50,6 +106,15 @@ pub enum Step {
     Push,
     /// The stack was popped and this node completed; its index is the number of nodes before it.
     Node(Bvh2Node),
+    /// The stack was popped and its leaf joined to the pending one. The mark between them is to be
+    /// taken from the leaf table: it is on the entry in front of the last `entries` ones.
+    JoinLeaves {
+        /// Primitives of the second leaf, fewer than the joined leaf may have.
+        entries: u32,
+    },
+    /// The stack is empty and this subtree is not to be joined to the next one, as the split between
+    /// them is above the threshold. [`Emitter::resume`] takes it back.
+    Cell(Cell),
     /// The input has ended and this is the whole tree.
     Root(Subtree),
 }
@@ -67,12 +132,20 @@ pub enum Step {
 /// Two slips of the printed algorithm are corrected: lines 4–8 overwrite `input` before its box is
 /// combined, which loses a primitive (here the open leaf's box grows by each one); and the last
 /// split has level infinity, so that the stack empties.
+///
+/// With a threshold ([`Emitter::with_threshold`]; P2 Algorithm 1, lines 15–19) only splits up to it
+/// are made, and the subtrees between higher ones come out as cells, the last one too.
 #[derive(Debug)]
 pub struct Emitter {
-    stack: Vec<Entry, MAX_DEPTH>,
+    stack: Vec<Cell, MAX_DEPTH>,
     max_leaf_size: u32,
+    /// Leaves are joined up to this size where that is cheaper than a node; 0 or 1 for never.
+    join_leaves: u32,
+    /// The highest level that subtrees are joined at; without a threshold, the highest that exists.
+    threshold: Level,
+    cells: bool,
     open: Option<OpenLeaf>,
-    pending: Option<Entry>,
+    pending: Option<Cell>,
     /// Primitives accepted.
     entries: u32,
     leaves: u32,
@@ -95,12 +168,57 @@ impl Emitter {
         Self {
             stack: Vec::new(),
             max_leaf_size,
+            join_leaves: 0,
+            threshold: Level::HIGHEST,
+            cells: false,
             open: None,
             pending: None,
             entries: 0,
             leaves: 0,
             nodes: 0,
         }
+    }
+
+    /// An emitter that joins subtrees at splits up to `threshold` and hands out what is between
+    /// higher ones.
+    pub const fn with_threshold(max_leaf_size: u32, threshold: Level) -> Self {
+        let mut emitter = Self::new(max_leaf_size);
+        emitter.threshold = threshold;
+        emitter.cells = true;
+        emitter
+    }
+
+    /// Joins neighbouring leaves, up to `size` primitives and the largest leaf size, where a leaf costs
+    /// no more than a node over two.
+    pub fn join_leaves(&mut self, size: u32) {
+        self.join_leaves = size.min(self.max_leaf_size);
+    }
+
+    /// Raises the threshold; a lower one than before is ignored. Cells that came out before may be
+    /// [resumed](Emitter::resume) from the first one on.
+    pub fn raise_threshold(&mut self, threshold: Level) {
+        self.threshold = self.threshold.max(threshold);
+    }
+
+    /// Drops the threshold and leaves leaves as they are: from now on all that is
+    /// [resumed](Emitter::resume) is joined, to one root. The order of cells may have changed.
+    pub fn join_cells(&mut self) {
+        self.threshold = Level::HIGHEST;
+        self.cells = false;
+        self.join_leaves = 0;
+    }
+
+    /// Takes back a cell, as the subtree after those on the stack. Call only when
+    /// [`Emitter::is_ready`]; otherwise the cell is given back in `Err`.
+    ///
+    /// # Errors
+    /// The cell, when the emitter is not ready; its state is unchanged.
+    pub fn resume(&mut self, cell: Cell) -> Result<(), Cell> {
+        if !self.is_ready() {
+            return Err(cell);
+        }
+        self.pending = Some(cell);
+        Ok(())
     }
 
     /// Whether [`Emitter::accept`] may be called: no subtree waits for a stack operation.
@@ -168,13 +286,18 @@ impl Emitter {
         if self.is_ready() { self.close(|_, _| Level::INFINITE) } else { None }
     }
 
+    /// Primitives in closed leaves.
+    fn closed(&self) -> u32 {
+        self.entries - self.open.map_or(0, |leaf| leaf.size)
+    }
+
     /// Closes the open leaf, if any, with the level of the split after it.
     fn close(&mut self, level: impl FnOnce(u64, u32) -> Level) -> Option<LeafEntry> {
         let OpenLeaf { code, mut subtree, size, last } = self.open.take()?;
         if let Child::Leaf { count, .. } = &mut subtree.child {
             *count = size;
         }
-        self.pending = Some(Entry { subtree, level: level(code, self.leaves) });
+        self.pending = Some(Cell { subtree, level: level(code, self.leaves), depth: 0, size });
         self.leaves += 1;
         Some(LeafEntry { primitive: last, last: true })
     }
@@ -187,18 +310,31 @@ impl Emitter {
         if let Some(top) = self.stack.last()
             && top.level <= pending.level
         {
-            let node = Bvh2Node { children: [top.subtree, pending.subtree] };
             let bounds = top.subtree.bounds.union(&pending.subtree.bounds);
+            if self.join_leaves > 1
+                && pending.is_leaf_before(self.closed())
+                && let Some(joined) = top.join(&pending, bounds, self.join_leaves)
+            {
+                self.stack.pop();
+                self.leaves -= 1;
+                self.pending = Some(joined);
+                return Step::JoinLeaves { entries: pending.size };
+            }
+            let node = Bvh2Node { children: [top.subtree, pending.subtree] };
             let child = Child::Inner(NodeIndex(self.nodes));
+            // No deeper than the stack can get, but for unsorted input.
+            let depth = top.depth.max(pending.depth).saturating_add(1);
+            let size = top.size + pending.size;
             self.stack.pop();
             self.nodes += 1;
-            self.pending = Some(Entry { subtree: Subtree { bounds, child }, ..pending });
+            let subtree = Subtree { bounds, child };
+            self.pending = Some(Cell { subtree, depth, size, ..pending });
             probe.emit_node();
             return Step::Node(node);
         }
         self.pending = None;
-        if pending.level == Level::INFINITE {
-            return Step::Root(pending.subtree);
+        if pending.level > self.threshold {
+            return if self.cells { Step::Cell(pending) } else { Step::Root(pending.subtree) };
         }
         // Cannot be full: see MAX_DEPTH.
         let pushed = self.stack.push(pending).is_ok();
@@ -211,7 +347,6 @@ impl Emitter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::Aabb;
     use glam::IVec3;
 
     type Leaves = Vec<(u32, u32), 32>;
@@ -236,7 +371,7 @@ mod tests {
                         nodes.push(range).unwrap();
                     }
                     Step::Root(subtree) => root = Some(subtree),
-                    Step::Push | Step::Idle => {}
+                    Step::JoinLeaves { .. } | Step::Push | Step::Cell(_) | Step::Idle => {}
                 }
             }
         };
@@ -312,5 +447,36 @@ mod tests {
         assert_eq!(emitter.finish(), None);
         assert_eq!(emitter.step(&mut ()), Step::Push);
         assert!(emitter.is_ready());
+    }
+
+    #[test]
+    fn leaves_are_joined_where_that_is_cheaper_and_up_to_the_limit() {
+        // Codes one apart, but boxes alike: a leaf of all costs no more than any node.
+        let run = |limit, boxes: &dyn Fn(i32) -> Aabb| {
+            let mut emitter = Emitter::new(255);
+            emitter.join_leaves(limit);
+            let (mut nodes, mut unmarked) = (0, Vec::<u32, 8>::new());
+            for i in 0..=8u32 {
+                let item = Item { code: i.into(), bounds: boxes(i as i32), reference: i };
+                let _ = if i < 8 { emitter.accept(&item, &mut ()) } else { Ok(emitter.finish()) };
+                while !emitter.is_ready() {
+                    match emitter.step(&mut ()) {
+                        Step::Node(_) => nodes += 1,
+                        Step::JoinLeaves { entries } => unmarked.push(entries).unwrap(),
+                        _ => {}
+                    }
+                }
+            }
+            (nodes, emitter.leaves(), unmarked.into_iter().collect::<Vec<_, 8>>())
+        };
+        let alike = |_| Aabb::new(IVec3::ZERO, IVec3::ONE);
+        let (nodes, leaves, unmarked) = run(4, &alike);
+        assert_eq!((nodes, leaves), (1, 2));
+        assert_eq!(unmarked.as_slice(), [1, 1, 2, 1, 1, 2]);
+        let (nodes, leaves, unmarked) = run(8, &alike);
+        assert_eq!((nodes, leaves, unmarked.last()), (0, 1, Some(&4)));
+        assert_eq!(run(0, &alike).0, 7);
+        let apart = |i| Aabb::new(IVec3::splat(10 * i), IVec3::splat(10 * i + 1));
+        assert_eq!(run(8, &apart).0, 7);
     }
 }

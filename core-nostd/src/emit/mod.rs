@@ -1,9 +1,11 @@
 //! Streaming hierarchy emission: sorted primitives in, nodes in bottom-up order out.
 
+mod cells;
 mod hierarchy;
 mod ploc;
 
-pub use hierarchy::{Emitter, MAX_DEPTH, Step};
+pub use cells::{CellBuffer, CellConfig};
+pub use hierarchy::{Cell, Emitter, Level, MAX_DEPTH, Step};
 pub use ploc::{
     Chain, Cluster, MAX_CHAIN, MAX_OPEN_LEAF, MAX_RADIUS, PlocConfig, Port, SWEEP_DEPTH, Token,
     list_bound,

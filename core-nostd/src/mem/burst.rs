@@ -31,6 +31,11 @@ impl BurstWriter {
         Self { region, name, stage, burst, written: 0, pending: Vec::new() }
     }
 
+    /// Makes `stage` the one that errors name from now on.
+    pub fn set_stage(&mut self, stage: Stage) {
+        self.stage = stage;
+    }
+
     /// Accepts one record, which must not be longer than a burst.
     ///
     /// # Errors

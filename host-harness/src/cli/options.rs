@@ -4,10 +4,11 @@ use std::fmt;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use xylem_core::emit::{EmitterKind, MAX_CHAIN, MAX_RADIUS, PlocConfig};
+use xylem_core::emit::{CellConfig, EmitterKind, MAX_CHAIN, MAX_RADIUS, PlocConfig};
 use xylem_core::node::NodeFormat;
 use xylem_core::num::{Grid, MortonWidth};
 use xylem_core::pipeline::BuildConfig;
+use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
 use xylem_core::traverse::Query;
 
 use super::{CliError, progress};
@@ -54,6 +55,78 @@ pub(super) struct TreeArgs {
     #[arg(long, value_name = "BITS", default_value_t = 24,
           value_parser = clap::value_parser!(u8).range(4..=24))]
     grid: u8,
+    #[command(flatten)]
+    top: TopArgs,
+}
+
+/// The top of the tree.
+#[derive(Debug, Clone, Args)]
+struct TopArgs {
+    /// How the top of the tree is built: like the rest, by binned SAH over cells of the Morton order,
+    /// or by that and agglomerative restructuring of treelets of eight, twice
+    #[arg(long, value_enum, default_value_t = TopArg::None)]
+    top_level: TopArg,
+    /// Bins on each axis
+    #[arg(long, value_name = "8|16", default_value_t = 16, value_parser = bins)]
+    bins: u32,
+    /// The most cells; when there would be more they become coarser
+    #[arg(long, value_name = "N", default_value_t = CellConfig::default().capacity,
+          value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    cells: u32,
+    /// Bits of the Morton code that cells differ in to begin with
+    #[arg(long, value_name = "BITS", default_value_t = CellConfig::default().bits,
+          value_parser = clap::value_parser!(u32).range(0..=63))]
+    cell_bits: u32,
+    /// Where atrbvh starts: from the binned tree over the cells, or from their Morton order (P2's)
+    #[arg(long, value_enum, default_value_t = StartArg::Binned)]
+    treelet_start: StartArg,
+    /// Join neighbouring leaves up to N primitives, at most 16, where a leaf costs no more than a
+    /// node over two; 0 for not at all [default: 4 with a top level, else 0]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=16))]
+    join_leaves: Option<u32>,
+}
+
+/// `--top-level`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TopArg {
+    /// By Morton codes
+    None,
+    /// By binned SAH
+    Binned,
+    /// By restructuring treelets
+    Atrbvh,
+}
+
+/// `--treelet-start`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum StartArg {
+    /// The binned tree
+    Binned,
+    /// The tree of the Morton codes
+    Morton,
+}
+
+impl TopArgs {
+    fn set(&self, config: &mut BuildConfig) {
+        let binned = Binned { bins: if self.bins == 8 { Bins::Eight } else { Bins::Sixteen } };
+        let start = (self.treelet_start == StartArg::Binned).then_some(binned);
+        config.top_level = match self.top_level {
+            TopArg::None => TopLevel::None,
+            TopArg::Binned => TopLevel::Binned(binned),
+            TopArg::Atrbvh => TopLevel::Atrbvh(Atrbvh { start, ..Atrbvh::default() }),
+        };
+        config.cells = CellConfig { capacity: self.cells, bits: self.cell_bits };
+        let join_leaves = if self.top_level == TopArg::None { 0 } else { 4 };
+        config.join_leaves = self.join_leaves.unwrap_or(join_leaves);
+    }
+}
+
+fn bins(text: &str) -> Result<u32, String> {
+    match text {
+        "8" => Ok(8),
+        "16" => Ok(16),
+        _ => Err("there can be 8 or 16 bins".into()),
+    }
 }
 
 /// `--format`.
@@ -147,7 +220,7 @@ impl TreeArgs {
             (true, Some(Coords::Relative)) => NodeFormat::QuantizedRelative,
             (true, Some(Coords::Modulo) | None) => NodeFormat::QuantizedModulo,
         };
-        let config = BuildConfig {
+        let mut config = BuildConfig {
             grid: self.grid(),
             morton: match self.morton {
                 Morton::Bits30 => MortonWidth::Bits30,
@@ -157,6 +230,7 @@ impl TreeArgs {
             emitter: self.emitter()?,
             ..BuildConfig::default()
         };
+        self.top.set(&mut config);
         Ok(BuildOptions { config, format, ..BuildOptions::default() })
     }
 

@@ -4,6 +4,7 @@ use xylem_core::emit::EmitterKind;
 use xylem_core::error::ConfigError;
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::sort::RecordFormat;
+use xylem_core::toplevel::TopLevel;
 
 use super::port::LINE_BYTES;
 
@@ -127,6 +128,9 @@ impl MachineConfig {
         if self.build.emitter != EmitterKind::Lbvh {
             return Err(Error::Emitter);
         }
+        if self.build.top_level != TopLevel::None || self.build.join_leaves > 0 {
+            return Err(Error::TopLevel);
+        }
         if !(sort.burst * sort.record.bytes()).is_multiple_of(LINE_BYTES) {
             return Err(Error::Burst);
         }
@@ -153,6 +157,9 @@ pub enum MachineConfigError {
     /// The machine's emitter is the hierarchy emitter.
     #[error("the clocked builder emits LBVH; other emitters have the function engine only")]
     Emitter,
+    /// Cells and joined leaves are not clocked.
+    #[error("the clocked builder has no top level and joins no leaves; use the function engine")]
+    TopLevel,
     /// Bursts of records are whole lines.
     #[error("the clocked builder reads lines of 64 bytes; a burst B must be at least 2 records")]
     Burst,

@@ -94,7 +94,7 @@ impl EmitterUnit {
         }
         match self.emitter.step(&mut ()) {
             Step::Idle => {}
-            Step::Push => did.worked = true,
+            Step::Push | Step::JoinLeaves { .. } | Step::Cell(_) => did.worked = true,
             Step::Node(node) => {
                 self.nodes.push(image, &node.to_bytes())?;
                 did.worked = true;

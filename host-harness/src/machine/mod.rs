@@ -18,4 +18,5 @@ pub mod ploc;
 pub mod port;
 pub mod reader;
 pub mod sorter;
+pub mod toplevel;
 pub mod writer;

@@ -6,13 +6,16 @@ use serde::Serialize;
 use xylem_core::emit::EmitterKind;
 use xylem_core::error::RegionName;
 use xylem_core::node::{LeafEntry, NodeFormat};
+use xylem_core::pipeline::BuildConfig;
 use xylem_core::probe::Stage;
 use xylem_core::quality::Quality;
 use xylem_core::sort::{InputFormat, RecordFormat};
+use xylem_core::toplevel::TopLevel;
 
 use super::clocked::ClockedReport;
 use super::{Table, units};
 use crate::bus::Traffic;
+use crate::machine::toplevel::{SweepUnit, TopEvents};
 use crate::run::{BuildOptions, BuildRun};
 
 /// The numbers of a build, as `xylem build --json` prints them.
@@ -49,6 +52,13 @@ pub struct BuildReport {
     pub max_leaf: u32,
     /// What computed the build, as `--engine` names it.
     pub engine: &'static str,
+    /// The builder of the top of the tree, as `--top-level` names it.
+    pub top_level: &'static str,
+    /// Neighbouring leaves were joined up to this many primitives where that is cheaper.
+    pub join_leaves: u32,
+    /// What the top-level build was and took, if there was one.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub top: Option<TopReport>,
     /// The memory whose time is modelled, as `--memory` names it.
     pub memory: &'static str,
     /// The modelled clock in MHz.
@@ -126,7 +136,8 @@ pub struct RegionReport {
     pub bytes: u64,
 }
 
-const STAGES: [Stage; 4] = [Stage::PartialSort, Stage::Merge, Stage::Emit, Stage::Compress];
+const STAGES: [Stage; 5] =
+    [Stage::PartialSort, Stage::Merge, Stage::Emit, Stage::TopLevel, Stage::Compress];
 
 const REGIONS: [RegionName; 7] = [
     RegionName::Primitives,
@@ -138,12 +149,64 @@ const REGIONS: [RegionName; 7] = [
     RegionName::Triangles,
 ];
 
+/// The numbers of a top-level build.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct TopReport {
+    /// The most cells that there may be.
+    pub cells_max: u32,
+    /// Bits of the Morton code that the threshold starts at.
+    pub cell_bits: u32,
+    /// Cells that the top was built over.
+    pub cells: u64,
+    /// How often the cells' buffer was full.
+    pub cell_raises: u64,
+    /// Bins on each axis, where cells were binned.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bins: Option<u64>,
+    /// Cycles of the unit of P1 §4.5 for the sweeps over the cells: modelled, and not in
+    /// `build_cycles`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep_cycles: Option<u64>,
+    /// Treelets that were rebuilt, where that was done.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub treelets_rebuilt: Option<u64>,
+}
+
+impl TopReport {
+    fn new(config: &BuildConfig, events: &TopEvents) -> Option<Self> {
+        let (binned, atrbvh) = match config.top_level {
+            TopLevel::None => return None,
+            TopLevel::Binned(binned) => (Some(binned), None),
+            TopLevel::Atrbvh(atrbvh) => (atrbvh.start, Some(atrbvh)),
+        };
+        Some(Self {
+            cells_max: config.cells.capacity,
+            cell_bits: config.cells.bits,
+            cells: events.cells,
+            cell_raises: events.raises,
+            bins: binned.map(|binned| binned.bins.count() as u64),
+            sweep_cycles: binned.map(|_| SweepUnit::PAPER.cycles(events)),
+            treelets_rebuilt: atrbvh.map(|_| events.better_treelets),
+        })
+    }
+}
+
+/// The top-level builder as `--top-level` names it.
+const fn top_name(top: TopLevel) -> &'static str {
+    match top {
+        TopLevel::None => "none",
+        TopLevel::Binned(_) => "binned",
+        TopLevel::Atrbvh(_) => "atrbvh",
+    }
+}
+
 /// What a stage is called in reports.
 pub const fn stage_name(stage: Stage) -> &'static str {
     match stage {
         Stage::PartialSort => "partial_sort",
         Stage::Merge => "merge",
         Stage::Emit => "emit",
+        Stage::TopLevel => "top_level",
         Stage::Compress => "compress",
         Stage::Trace => "trace",
     }
@@ -194,6 +257,9 @@ impl BuildReport {
             grid_bits: config.grid.bits(),
             max_leaf: config.max_leaf_size,
             engine: if clocked.is_some() { "cycle" } else { "function" },
+            top_level: top_name(config.top_level),
+            join_leaves: config.join_leaves,
+            top: TopReport::new(config, &run.top),
             memory: options.memory.name,
             clock_mhz,
             primitives: u64::from(tree.entry_count),
@@ -305,6 +371,13 @@ impl fmt::Display for BuildReport {
             units::bytes(self.node_bytes),
             units::bytes(self.leaf_table_bytes)
         )?;
+        if let Some(top) = &self.top {
+            let cells = units::count(top.cells);
+            write!(f, "  top of the tree: {} over {cells} cells", self.top_level)?;
+            let cycles = top.sweep_cycles.map(units::count);
+            let cycles = cycles.map(|c| format!(", sweeps take {c} cycles (modelled)"));
+            writeln!(f, "{}", cycles.unwrap_or_default())?;
+        }
         writeln!(f, "\n{}\n{}", self.stage_table(), self.region_table())?;
         writeln!(f, "{}", self.footnote())?;
         if let Some(clocked) = &self.clocked {

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use heapless::Vec as FixedVec;
 use xylem_core::compress::{Coordinates, compress_top_down};
+use xylem_core::emit::Cell;
 use xylem_core::error::BuildError;
 use xylem_core::geom::Triangle;
 use xylem_core::mem::{Bus, ByteAddr};
@@ -12,12 +13,14 @@ use xylem_core::pipeline::{self, BuildConfig};
 use xylem_core::probe::Probe;
 use xylem_core::quality::{self, Malformed, Quality};
 use xylem_core::sort::{HeapEntry, InputFormat, Item, Queue, Workspace};
+use xylem_core::toplevel::{TopLevel, TopNode, TopStorage};
 use xylem_core::traverse::Scene;
 
 use super::{ClockedRun, Layout};
 use crate::bus::{FlatMemory, MEMORIES, MemoryError, MemoryTiming, Metered, StageClock, Traffic};
 use crate::machine::config::MachineConfig;
 use crate::machine::mergetree::MachineError;
+use crate::machine::toplevel::{TopEvents, TopWatch};
 
 /// What to build.
 #[derive(Debug, Clone, Copy)]
@@ -57,6 +60,8 @@ pub struct BuildRun {
     pub exact: Scene,
     /// Traffic by stage and region.
     pub traffic: Traffic,
+    /// What the top-level builder did.
+    pub top: TopEvents,
     /// How long the host took for building and compressing, measured; with a machine, how long it
     /// simulated.
     pub host_time: Duration,
@@ -98,13 +103,15 @@ pub fn build(triangles: &[Triangle], options: &BuildOptions) -> Result<BuildRun,
     let mut bus = Metered::new(memory, &stage, &layout.named(), options.memory);
     let start = Instant::now();
     let count = triangles.len() as u32;
-    let (tree, exact) = job(&mut bus, &layout, options, count, &mut buffers, &mut &stage)?;
+    let mut watch = TopWatch::new(&stage);
+    let (tree, exact) = job(&mut bus, &layout, options, count, &mut buffers, &mut watch)?;
     let host_time = start.elapsed();
+    let top = watch.events;
     let traffic = bus.traffic();
     let scene = |tree| Scene { tree, triangles: layout.triangles, triangle_count: count };
     let (scene, exact) = (scene(tree), scene(exact));
     let memory = bus.into_inner();
-    Ok(BuildRun { memory, layout, scene, exact, traffic, host_time, clocked: None })
+    Ok(BuildRun { memory, layout, scene, exact, traffic, top, host_time, clocked: None })
 }
 
 /// The same on the clock.
@@ -125,7 +132,8 @@ fn clocked(
     let scene = Scene { tree, triangles: layout.triangles, triangle_count: count };
     let (traffic, host_time) = (clocked.machine.traffic.clone(), clocked.host_time);
     let clocked = Some(clocked);
-    Ok(BuildRun { memory, layout, scene, exact: scene, traffic, host_time, clocked })
+    let top = TopEvents::default();
+    Ok(BuildRun { memory, layout, scene, exact: scene, traffic, top, host_time, clocked })
 }
 
 /// Places triangles, and boxes if they are the input, in memory just large enough.
@@ -170,8 +178,10 @@ pub fn job<B: Bus, P: Probe>(
     buffers: &mut Buffers,
     probe: &mut P,
 ) -> Result<(Tree, Tree), BuildError<B::Error>> {
-    let workspace = &mut buffers.workspace();
-    let exact = pipeline::build(bus, &options.config, &layout.build, count, workspace, probe)?;
+    let (mut workspace, mut top) = buffers.parts();
+    let (config, regions) = (&options.config, &layout.build);
+    let exact =
+        pipeline::build_with_top(bus, config, regions, count, &mut workspace, &mut top, probe)?;
     let target = layout.quantized_nodes;
     let tree = match options.format {
         NodeFormat::Bvh2 => exact,
@@ -194,21 +204,36 @@ pub struct Buffers {
     items: Vec<Item>,
     queues: Box<FixedVec<Queue, MAX_WIDTH>>,
     heap: Box<FixedVec<HeapEntry, MAX_WIDTH>>,
+    cells: Vec<Cell>,
+    top_nodes: Vec<TopNode>,
 }
 
 impl Buffers {
     /// Storage for a configuration.
     pub fn new(config: &BuildConfig) -> Self {
+        let cells = match config.top_level {
+            TopLevel::None => 0,
+            _ => config.cells.capacity as usize,
+        };
         Self {
             items: vec![Item::ZERO; config.sort.capacity as usize],
             queues: Box::default(),
             heap: Box::default(),
+            cells: vec![Cell::EMPTY; cells],
+            top_nodes: vec![TopNode::EMPTY; cells],
         }
     }
 
-    /// The storage as the core wants it.
+    /// The sorter's storage as the core wants it.
     pub fn workspace(&mut self) -> Workspace<'_> {
-        Workspace { items: &mut self.items, queues: &mut *self.queues, heap: &mut *self.heap }
+        self.parts().0
+    }
+
+    /// All storage: the sorter's and the top-level builder's.
+    pub fn parts(&mut self) -> (Workspace<'_>, TopStorage<'_>) {
+        let Self { items, queues, heap, cells, top_nodes } = self;
+        let workspace = Workspace { items, queues: &mut **queues, heap: &mut **heap };
+        (workspace, TopStorage { cells, nodes: top_nodes })
     }
 }
 
