@@ -461,6 +461,10 @@ fn wrong_usage_exits_with_2_and_says_what_is_right() {
         (&["build", "a.obj", "--capacity", "1000"], "capacity M must be a power of two"),
         (&["build", "a.obj", "--burst", "3"], "burst B must be a power of two"),
         (&["build", "a.obj", "--record", "pair8", "--morton", "63"], "30-bit Morton codes"),
+        (&["build", "a.obj", "--emitter", "sah"], "[possible values: lbvh, ploc]"),
+        (&["build", "a.obj", "--radius", "8"], "about --emitter ploc"),
+        (&["build", "a.obj", "--emitter", "ploc", "--radius", "17"], "1..=16"),
+        (&["build", "a.obj", "--emitter", "ploc", "--chain", "0"], "1..=8"),
         (&["build", "a.obj", "--region-limit", "leaves=4"], "there is no region 'leaves'"),
         (&["trace", "a.obj"], "--rays <FILE>"),
         (&["render", "a.obj", "--out", "a.png", "--size", "4"], "as 640x480"),
@@ -590,6 +594,19 @@ fn scenes_are_found_by_name_in_the_folders_of_xylem_scenes() {
 }
 
 #[test]
+fn the_clustering_emitter_is_named_with_its_shape_and_makes_a_cheaper_tree() {
+    let place = Place::new();
+    let lbvh = place.run(&["build", "sphereflake:2", "--json"]).json();
+    assert_eq!((&lbvh["emitter"], lbvh.get("radius")), (&Value::from("lbvh"), None));
+    let arguments = ["build", "sphereflake:2", "--emitter", "ploc", "--radius", "4", "--json"];
+    let ploc = place.run(&arguments).json();
+    assert_eq!(ploc["emitter"], "ploc");
+    assert_eq!((whole(&ploc, "radius"), whole(&ploc, "chain")), (4, 4));
+    assert_eq!(ploc["primitives"], lbvh["primitives"]);
+    assert!(number(&ploc, "sah_cost") < number(&lbvh, "sah_cost"));
+}
+
+#[test]
 fn the_clocked_builder_builds_the_same_tree_and_says_what_its_units_did() {
     let place = Place::new();
     let function = place.run(&["build", "terrain:6", "--json"]).json();
@@ -610,11 +627,12 @@ fn the_clocked_builder_builds_the_same_tree_and_says_what_its_units_did() {
 #[test]
 fn sizes_of_the_clocked_builder_need_it_and_it_says_what_it_cannot_do() {
     let place = Place::new();
-    let refused: [(&[&str], &str); 4] = [
+    let refused: [(&[&str], &str); 5] = [
         (&["--sorters", "4"], "--engine cycle"),
         (&["--engine", "cycle", "--format", "cbvh"], "64-byte nodes"),
         (&["--engine", "cycle", "--record", "pair8"], "32-byte boxes"),
         (&["--engine", "cycle", "--burst", "1"], "at least 2 records"),
+        (&["--engine", "cycle", "--emitter", "ploc"], "function engine"),
     ];
     for (options, message) in refused {
         place.run(&[&["build", "terrain:4"], options].concat()).fails_with(2, &[message]);
