@@ -1,6 +1,7 @@
 //! The memory model against other simulators, closed formulas and the rules of LPDDR3.
 //!
-//! `cargo test -p xylem-tests --test dram -- --nocapture` prints all patterns on all memories.
+//! `XYLEM_FULL=1 cargo test -p xylem-tests --test dram -- --nocapture` prints all patterns on all
+//! memories; without `XYLEM_FULL`, memories other than `slow` get three of them.
 
 use std::convert::Infallible;
 use std::sync::LazyLock;
@@ -11,7 +12,8 @@ use rayon::prelude::*;
 use xylem::dram::{CONFIGS, ChannelStats, Config, Issued, Memory, Request, replay};
 use xylem::report::Table;
 use xylem_tests::commands::{LPDDR3_1333, LPDDR3_1600, Sheet, check};
-use xylem_tests::dram::patterns;
+use xylem_tests::dram::{Pattern, patterns};
+use xylem_tests::places::full;
 
 const SEED: u64 = 0x5eed_0064;
 const REFERENCE: &str = include_str!("../data/dram-reference.csv");
@@ -26,12 +28,18 @@ struct Run {
     stats: ChannelStats,
 }
 
-/// Every pattern on every memory.
+/// What short runs have on every memory.
+const SHORT: [&str; 3] = ["a_seq_read", "d_rand64_read", "e4_merge_rnd_skew"];
+
+/// The patterns that are asked for on every memory.
 static RUNS: LazyLock<Vec<Run>> = LazyLock::new(|| {
     let patterns = patterns();
     let pairs = CONFIGS.iter().flat_map(|config| patterns.iter().map(move |p| (config, p)));
-    let pairs: Vec<_> = pairs.collect();
-    let run = |(config, pattern): &(&Config, &xylem_tests::dram::Pattern)| {
+    let wanted = |(config, pattern): &(&Config, &Pattern)| {
+        full() || config.name == "slow" || SHORT.contains(&pattern.name)
+    };
+    let pairs: Vec<_> = pairs.filter(wanted).collect();
+    let run = |(config, pattern): &(&Config, &Pattern)| {
         let mut memory = Memory::new(config);
         let requests = pattern.requests.iter().map(|request| Ok::<_, Infallible>(*request));
         let mut done = 0;
@@ -51,10 +59,12 @@ static RUNS: LazyLock<Vec<Run>> = LazyLock::new(|| {
     pairs.par_iter().map(run).collect()
 });
 
+fn find(pattern: &str, memory: &str) -> Option<&'static Run> {
+    RUNS.iter().find(|run| run.pattern == pattern && run.memory == memory)
+}
+
 fn run(pattern: &str, memory: &str) -> &'static Run {
-    RUNS.iter()
-        .find(|run| run.pattern == pattern && run.memory == memory)
-        .unwrap_or_else(|| panic!("no run of {pattern} on {memory}"))
+    find(pattern, memory).unwrap_or_else(|| panic!("no run of {pattern} on {memory}"))
 }
 
 /// A row of the reference: what a simulator reports for a pattern.
@@ -123,13 +133,13 @@ fn clocks_and_row_counts_equal_ramulators() {
 }
 
 #[test]
-fn all_patterns_on_all_memories_stay_below_the_peak() {
+fn patterns_stay_below_the_peak_on_every_memory() {
     let mut header = vec!["GB/s".to_owned()];
     header.extend(CONFIGS.iter().map(|config| config.name.to_owned()));
     let mut table = Table::new(header);
     for pattern in patterns() {
         let cells = CONFIGS.iter().map(|config| {
-            let run = run(pattern.name, config.name);
+            let Some(run) = find(pattern.name, config.name) else { return "-".to_owned() };
             assert!(run.gb_per_s < config.peak_gb_per_s(), "{run:?}");
             let buses = run.clocks * u64::from(config.mapping.channels);
             assert!(run.stats.busy_clocks <= buses, "{run:?}");
