@@ -42,6 +42,7 @@ impl Bvh2Node {
     pub const BYTES: usize = 64;
 
     /// The node as bytes.
+    #[inline]
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];
         for (i, Subtree { bounds, child }) in self.children.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The merge heap: a binary min-heap whose top is replaced by its successor.
+//! The merge heap: the lowest of many runs' heads, replaced by its successor.
 
 use heapless::VecView;
 
@@ -16,82 +16,92 @@ pub struct HeapEntry {
 
 impl HeapEntry {
     /// A code above every Morton code.
-    pub const INFINITE: u64 = u64::MAX;
+    pub const INFINITE: u64 = 1 << 63;
 
-    /// The entry as one number in the same order.
-    #[inline]
-    const fn key(&self) -> u128 {
-        (self.code as u128) << 32 | self.slot as u128
-    }
+    /// A place that nobody has come to yet; no slot has this number.
+    const VACANT: Self = Self { code: Self::INFINITE, slot: u32::MAX };
 }
 
-/// A binary min-heap with the two operations of P2 §5.2: insert, and replace of the top.
+/// A min-heap over the slots `0 .. n` with the two operations of P2 §5.2: insert, and replace of the
+/// top.
 ///
-/// Removing is a replace with [`HeapEntry::INFINITE`], as in the hardware unit: entries sink and
-/// stay. The hardware unit pipelines the same operations over one memory a level and delivers the
-/// same tops, because the order of entries is total.
+/// It is kept as a tournament of losers: entry 0 is the lowest of all, and each match above it keeps
+/// the entry that lost there. A replaced top comes from the slot of its successor, so its way to the
+/// root is known beforehand, and a step of it is one comparison of codes without a branch. The hardware unit
+/// is a pipelined binary heap over one memory a level; it delivers the same tops, because the order
+/// of entries is total. Removing is a replace with [`HeapEntry::INFINITE`].
 #[derive(Debug)]
 pub struct ReplaceHeap<'a> {
-    entries: &'a mut VecView<HeapEntry>,
+    matches: &'a mut VecView<HeapEntry>,
 }
 
 impl<'a> ReplaceHeap<'a> {
-    /// An empty heap in the given storage; what the storage held is dropped.
-    pub fn new(entries: &'a mut VecView<HeapEntry>) -> Self {
-        entries.clear();
-        Self { entries }
-    }
-
-    /// The lowest entry.
-    #[inline]
-    pub fn top(&self) -> Option<HeapEntry> {
-        self.entries.first().copied()
-    }
-
-    /// Adds an entry.
+    /// A heap for `slots` slots in the given storage, which must hold as many as the next power of
+    /// two; what it held is dropped.
     ///
     /// # Errors
-    /// The entry itself, if the storage is full; the heap is unchanged.
-    pub fn insert(&mut self, entry: HeapEntry) -> Result<(), HeapEntry> {
-        let mut hole = self.entries.len();
-        self.entries.push(entry)?;
-        while hole > 0 {
-            let parent = (hole - 1) / 2;
-            if self.entries[parent] <= entry {
-                break;
-            }
-            self.entries[hole] = self.entries[parent];
-            hole = parent;
+    /// The number of entries that the storage lacks.
+    pub fn new(storage: &'a mut VecView<HeapEntry>, slots: usize) -> Result<Self, usize> {
+        let players = slots.next_power_of_two();
+        storage.clear();
+        storage
+            .resize(players, HeapEntry::VACANT)
+            .map_err(|_| players.saturating_sub(storage.capacity()))?;
+        let mut heap = Self { matches: storage };
+        for slot in slots as u32..players as u32 {
+            heap.insert(HeapEntry { code: HeapEntry::INFINITE, slot });
         }
-        self.entries[hole] = entry;
-        Ok(())
+        Ok(heap)
     }
 
-    /// Replaces the top by `entry` and lets it sink to its place. Does nothing on an empty heap.
+    /// The lowest entry, once every slot has been inserted.
+    #[inline]
+    pub fn top(&self) -> Option<HeapEntry> {
+        self.matches.first().copied().filter(|top| top.slot != HeapEntry::VACANT.slot)
+    }
+
+    /// Enters a slot, each once: it plays its way up until it has to wait for an opponent. A slot
+    /// outside the heap is ignored.
+    pub fn insert(&mut self, mut entry: HeapEntry) {
+        let matches = self.matches.as_mut_slice();
+        let mut place = (matches.len() + entry.slot as usize) / 2;
+        while let Some(other) = matches.get_mut(place) {
+            if place == 0 || other.slot == HeapEntry::VACANT.slot {
+                *other = entry;
+                return;
+            }
+            if *other < entry {
+                core::mem::swap(other, &mut entry);
+            }
+            place /= 2;
+        }
+    }
+
+    /// Replaces the top by an entry of the same slot and lets it find its place. Does nothing
+    /// before every slot has been inserted, or if the slot is not the top's.
     #[inline]
     pub fn replace(&mut self, entry: HeapEntry) {
-        let entries = self.entries.as_mut_slice();
-        if entries.is_empty() {
+        if self.top().is_none_or(|top| top.slot != entry.slot) {
             return;
         }
-        let key = entry.key();
-        let mut hole = 0;
-        loop {
-            let left = 2 * hole + 1;
-            let child = match entries.get(left..left + 2) {
-                // Added, not branched on: which child is lower cannot be predicted.
-                Some([first, second]) => left + usize::from(second.key() < first.key()),
-                _ if left < entries.len() => left,
-                _ => break,
-            };
-            let lower = entries[child];
-            if key <= lower.key() {
-                break;
-            }
-            entries[hole] = lower;
-            hole = child;
+        let matches = self.matches.as_mut_slice();
+        let mut low = entry;
+        let mut from = matches.len() + entry.slot as usize;
+        while from > 1 {
+            let Some(other) = matches.get_mut(from / 2) else { break };
+            // Who comes from the right has the higher slot and loses a tie. Swapped by a mask, not a
+            // branch: who loses cannot be predicted.
+            let from_right = (from & 1) as u64;
+            let swap = 0u64.wrapping_sub(u64::from(other.code < low.code + from_right));
+            let code = (other.code ^ low.code) & swap;
+            let slot = (other.slot ^ low.slot) & swap as u32;
+            *other = HeapEntry { code: other.code ^ code, slot: other.slot ^ slot };
+            low = HeapEntry { code: low.code ^ code, slot: low.slot ^ slot };
+            from /= 2;
         }
-        entries[hole] = entry;
+        if let Some(top) = matches.first_mut() {
+            *top = low;
+        }
     }
 }
 
@@ -100,12 +110,17 @@ mod tests {
     use super::*;
     use heapless::Vec;
 
+    fn entry(code: u64, slot: u32) -> HeapEntry {
+        HeapEntry { code, slot }
+    }
+
     #[test]
     fn tops_come_out_in_order_with_ties_by_slot() {
         let mut storage = Vec::<HeapEntry, 8>::new();
-        let mut heap = ReplaceHeap::new(&mut storage);
+        let mut heap = ReplaceHeap::new(&mut storage, 6).unwrap();
         for (slot, code) in [5, 3, 9, 3, 7, 3].into_iter().enumerate() {
-            heap.insert(HeapEntry { code, slot: slot as u32 }).unwrap();
+            assert_eq!(heap.top(), None);
+            heap.insert(entry(code, slot as u32));
         }
         let mut out = Vec::<(u64, u32), 8>::new();
         while let Some(HeapEntry { code, slot }) = heap.top() {
@@ -113,27 +128,50 @@ mod tests {
                 break;
             }
             out.push((code, slot)).unwrap();
-            heap.replace(HeapEntry { code: HeapEntry::INFINITE, slot });
+            heap.replace(entry(HeapEntry::INFINITE, slot));
         }
         assert_eq!(out.as_slice(), [(3, 1), (3, 3), (3, 5), (5, 0), (7, 4), (9, 2)]);
     }
 
     #[test]
-    fn a_full_heap_gives_the_entry_back_and_keeps_its_top() {
-        let mut storage = Vec::<HeapEntry, 2>::new();
-        let mut heap = ReplaceHeap::new(&mut storage);
-        let entry = |code| HeapEntry { code, slot: 0 };
-        heap.insert(entry(2)).unwrap();
-        heap.insert(entry(1)).unwrap();
-        assert_eq!(heap.insert(entry(0)), Err(entry(0)));
-        assert_eq!(heap.top(), Some(entry(1)));
+    fn slots_may_enter_in_any_order() {
+        let mut storage = Vec::<HeapEntry, 4>::new();
+        let mut heap = ReplaceHeap::new(&mut storage, 4).unwrap();
+        for slot in [2, 0, 3, 1] {
+            heap.insert(entry(10 - u64::from(slot), slot));
+        }
+        assert_eq!(heap.top(), Some(entry(7, 3)));
+        heap.replace(entry(20, 3));
+        assert_eq!(heap.top(), Some(entry(8, 2)));
     }
 
     #[test]
-    fn replacing_in_an_empty_heap_does_nothing() {
+    fn one_slot_is_a_heap_and_none_has_no_finite_top() {
+        let mut storage = Vec::<HeapEntry, 4>::new();
+        let mut heap = ReplaceHeap::new(&mut storage, 1).unwrap();
+        heap.insert(entry(4, 0));
+        assert_eq!(heap.top(), Some(entry(4, 0)));
+        heap.replace(entry(6, 0));
+        assert_eq!(heap.top(), Some(entry(6, 0)));
+        let heap = ReplaceHeap::new(&mut storage, 0).unwrap();
+        assert!(heap.top().is_none_or(|top| top.code == HeapEntry::INFINITE));
+    }
+
+    #[test]
+    fn storage_that_is_too_small_is_refused_with_what_it_lacks() {
+        let mut storage = Vec::<HeapEntry, 6>::new();
+        assert_eq!(ReplaceHeap::new(&mut storage, 5).unwrap_err(), 2);
+    }
+
+    #[test]
+    fn replacing_another_slot_or_too_early_does_nothing() {
         let mut storage = Vec::<HeapEntry, 2>::new();
-        let mut heap = ReplaceHeap::new(&mut storage);
-        heap.replace(HeapEntry { code: 1, slot: 1 });
-        assert_eq!(heap.top(), None);
+        let mut heap = ReplaceHeap::new(&mut storage, 2).unwrap();
+        heap.replace(entry(1, 1));
+        heap.insert(entry(5, 0));
+        heap.insert(entry(6, 1));
+        heap.insert(entry(0, 9));
+        heap.replace(entry(1, 1));
+        assert_eq!(heap.top(), Some(entry(5, 0)));
     }
 }

@@ -68,7 +68,8 @@ impl<'a> MultiMerge<'a> {
         probe: &mut P,
     ) -> Result<Self, BuildError<B::Error>> {
         let source = Source { region, name, record: config.record, coder };
-        let mut merge = Self::empty(config, workspace, source, config.share());
+        let count = (runs.end - runs.start).div_ceil(run);
+        let mut merge = Self::empty(config, workspace, source, config.share(), count)?;
         let mut first = runs.start;
         while first < runs.end {
             let end = runs.end.min(first.saturating_add(run));
@@ -80,7 +81,7 @@ impl<'a> MultiMerge<'a> {
             for _ in 0..config.share() / config.burst {
                 merge.refill(bus, slot)?;
             }
-            merge.start(slot, probe)?;
+            merge.start(slot, probe);
         }
         Ok(merge)
     }
@@ -101,36 +102,38 @@ impl<'a> MultiMerge<'a> {
             coder,
         };
         let block = config.piece();
-        let mut merge = Self::empty(config, workspace, source, block);
+        let mut merge = Self::empty(config, workspace, source, block, len.div_ceil(block))?;
         for slot in 0..len.div_ceil(block) {
             let queue = Queue { len: block.min(len - slot * block), ..Queue::default() };
             merge.queues.push(queue).map_err(|_| BuildError::Internal)?;
-            merge.start(slot, probe)?;
+            merge.start(slot, probe);
         }
         Ok(merge)
     }
 
-    fn empty(
+    fn empty<E: Copy>(
         config: &SortConfig,
         workspace: &'a mut Workspace<'_>,
         source: Source,
         share: u32,
-    ) -> Self {
+        slots: u32,
+    ) -> Result<Self, BuildError<E>> {
         workspace.queues.clear();
-        Self {
+        let heap = ReplaceHeap::new(workspace.heap, slots as usize);
+        Ok(Self {
             items: &mut *workspace.items,
             queues: &mut *workspace.queues,
-            heap: ReplaceHeap::new(workspace.heap),
+            heap: heap.map_err(|_| BuildError::Internal)?,
             burst: config.burst,
             share,
             source,
-        }
+        })
     }
 
-    fn start<E: Copy, P: Probe>(&mut self, slot: u32, probe: &mut P) -> Result<(), BuildError<E>> {
+    fn start<P: Probe>(&mut self, slot: u32, probe: &mut P) {
         probe.heap_insert();
         let code = self.items[(slot * self.share) as usize].code;
-        self.heap.insert(HeapEntry { code, slot }).map_err(|_| BuildError::Internal)
+        self.heap.insert(HeapEntry { code, slot });
     }
 
     /// Delivers the next record in order, or `None` after the last.

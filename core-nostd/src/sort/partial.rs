@@ -1,7 +1,7 @@
 //! The partial sort: one scratchpad of primitives in, one sorted run out.
 
-use super::insertion::insertion_sort;
-use super::{MultiMerge, PrimitiveReader, RecordFormat, SortConfig, Workspace};
+use super::insertion::{MAX_BLOCK, insertion_sort};
+use super::{Item, MultiMerge, PrimitiveReader, RecordFormat, SortConfig, Workspace};
 use crate::error::{BuildError, RegionName};
 use crate::mem::{BurstWriter, Bus, Region};
 use crate::probe::{Probe, Stage};
@@ -26,6 +26,7 @@ pub(crate) fn partial_sort<B: Bus, P: Probe>(
     let burst = (config.burst * config.record.bytes()) as usize;
     let mut writer = BurstWriter::new(runs, RegionName::RunsA, Stage::PartialSort, burst);
     let block = config.piece();
+    let mut unsorted = [Item::ZERO; MAX_BLOCK];
     let mut first = 0;
     while first < reader.count {
         let len = config.capacity.min(reader.count - first);
@@ -33,10 +34,11 @@ pub(crate) fn partial_sort<B: Bus, P: Probe>(
             let end = len.min(piece + block);
             for start in (piece..end).step_by(config.burst as usize) {
                 let stop = end.min(start + config.burst);
-                let items = &mut workspace.items[start as usize..stop as usize];
+                let items = &mut unsorted[(start - piece) as usize..(stop - piece) as usize];
                 reader.read(bus, Stage::PartialSort, first + start, items)?;
             }
-            insertion_sort(&mut workspace.items[piece as usize..end as usize], probe);
+            let sorted = &mut workspace.items[piece as usize..end as usize];
+            insertion_sort(&unsorted[..sorted.len()], sorted, probe);
         }
         let mut merge =
             MultiMerge::over_blocks(config, workspace, reader.decoder.coder, len, probe)?;

@@ -48,6 +48,7 @@ impl InputFormat {
     }
 
     /// The box and the reference of the record at `index`.
+    #[inline]
     fn decode(self, bytes: &[u8], index: u32) -> (Aabb, u32) {
         match self {
             Self::Box32 => (read_box(bytes), word(bytes, 24) as u32),
