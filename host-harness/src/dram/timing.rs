@@ -128,7 +128,7 @@ impl Timing {
     }
 }
 
-/// All rules. Those of LPDDR3 are JESD209-3's (§4, tables 11 and 12), as Ramulator 1 has them.
+/// All rules: those of LPDDR3 with one rank, as Ramulator 1 has them.
 #[rustfmt::skip]
 pub const RULES: [Rule; 21] = {
     use Command::{Activate, Precharge, PrechargeAll, Read, Refresh, Write};
@@ -216,8 +216,9 @@ pub const LPDDR3_1333: Timing = Timing {
 /// P1 §5 names "the GDDR3 memory controller model from GPGPU-Sim, configured as 1 GHz, 32-bit, dual
 /// channel" and no more. Assumed: the clocks of GPGPU-Sim 3.x' Quadro FX 5800 configuration
 /// (`nbk=8:CCD=2:RRD=8:RCD=12:RAS=25:RP=10:RC=35:CL=10:WL=7:CDLR=6:WR=11`, burst length 4), kept as
-/// clocks at any frequency. GPGPU-Sim has no tFAW, no tRTP and no refresh, and derives read to write
-/// as CL + 2 + 2 − WL, write to read as WL + 2 + CDLR and row to write as RCD − WL − 1.
+/// clocks at any frequency. GPGPU-Sim has no tFAW and no refresh, and derives read to write as
+/// CL + 2 + 2 − WL, write to read as WL + 2 + CDLR, write to precharge as WL + 2 + WR and row to write
+/// as RCD − WL − 1. No tRTP is given; taken as the burst's two clocks.
 pub const GDDR3_1GHZ: Timing = Timing {
     name: "GDDR3 at 1 GHz",
     source: "GPGPU-Sim 3.x, Quadro FX 5800 (assumed to be P1's)",
