@@ -4,6 +4,7 @@ pub mod baseline;
 pub mod bus;
 pub mod cli;
 pub mod dram;
+pub mod experiments;
 pub mod machine;
 pub mod report;
 pub mod run;

@@ -78,6 +78,15 @@ pub enum CliError {
     /// A trace of memory requests cannot be replayed.
     #[error(transparent)]
     Requests(#[from] crate::dram::TraceError),
+    /// Experiments had none of their models.
+    #[error(
+        "{ids}: none of the models is at hand; set XYLEM_SCENES to a folder with them, or run \
+         scenes/fetch.sh"
+    )]
+    NoModels {
+        /// The experiments.
+        ids: String,
+    },
     /// Options that do not go together.
     #[error("{0}")]
     Usage(String),

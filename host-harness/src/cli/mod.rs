@@ -14,6 +14,7 @@ mod output;
 mod progress;
 mod rays;
 mod render;
+mod reproduce;
 mod scene;
 mod soc;
 mod trace;
@@ -43,7 +44,8 @@ pub use error::CliError;
         xylem render terrain --out terrain.png       a picture of a computed scene\n  \
         xylem soc cornell                            the same code on a RISC-V core\n  \
         xylem scene list                             scenes that need no file\n  \
-        xylem dram --trace my.trace --memory fast    requests on a clocked DRAM\n\n\
+        xylem dram --trace my.trace --memory fast    requests on a clocked DRAM\n  \
+        xylem reproduce p2-table6                    a table of the papers, ours beside theirs\n\n\
         Exit codes: 0 done, 1 failed, 2 wrong usage.",
     max_term_width = 100
 )]
@@ -65,6 +67,7 @@ enum Command {
     Scene(scene::Args),
     Soc(soc::Args),
     Dram(dram::Args),
+    Reproduce(reproduce::Args),
 }
 
 /// Runs the command line of this process and returns its exit code.
@@ -86,6 +89,7 @@ pub fn main() -> ExitCode {
         Some(Command::Scene(args)) => scene::run(&args, console),
         Some(Command::Soc(args)) => soc::run(&args, console),
         Some(Command::Dram(args)) => dram::run(&args, console),
+        Some(Command::Reproduce(args)) => reproduce::run(&args, console),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

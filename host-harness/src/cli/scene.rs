@@ -8,8 +8,8 @@ use flate2::Compression;
 use serde::Serialize;
 use xylem_core::num::Grid;
 
-use super::{CliError, Console, console, options, output};
-use crate::report::{Table, units};
+use super::{CliError, Console, options, output};
+use crate::report::{Table, units, wrap};
 use crate::scene::find::Library;
 use crate::scene::procedural::{GENERATORS, degenerate};
 use crate::scene::{SceneError, procedural};
@@ -152,7 +152,7 @@ impl Listing {
 
 /// A line of the listing, wrapped with what follows indented by `hanging`.
 fn item(hanging: usize, line: String) -> String {
-    console::wrap(&line, hanging) + "\n"
+    wrap(&line, hanging) + "\n"
 }
 
 #[derive(Serialize)]

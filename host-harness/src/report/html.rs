@@ -2,15 +2,20 @@
 
 use std::fmt::Write as _;
 
+use serde::Serialize;
+
 use super::Table;
 
 /// Where the numbers of a figure come from. Each figure says so.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Source {
     /// Counted where it happens; exact and the same on every machine.
     Counted,
     /// Computed by a model of the hardware.
     Modelled,
+    /// Worked out from parameters alone.
+    Computed,
     /// Taken with a clock on this machine.
     Measured,
     /// A picture whose rays the core traced.
@@ -41,6 +46,24 @@ impl Page {
     /// Adds a paragraph.
     pub fn paragraph(&mut self, text: &str) -> &mut Self {
         let _ = writeln!(self.body, "<p>{}</p>", escape(text));
+        self
+    }
+
+    /// Adds a list.
+    pub fn list<S: AsRef<str>>(&mut self, items: impl IntoIterator<Item = S>) -> &mut Self {
+        self.body.push_str("<ul>\n");
+        for item in items {
+            let _ = writeln!(self.body, "<li>{}</li>", escape(item.as_ref()));
+        }
+        self.body.push_str("</ul>\n");
+        self
+    }
+
+    /// Adds a figure over the whole width.
+    pub fn wide(&mut self, figure: Figure) -> &mut Self {
+        self.body.push_str("<div class=\"wide\">\n");
+        self.body.push_str(&figure.0);
+        self.body.push_str("</div>\n");
         self
     }
 
@@ -103,6 +126,7 @@ impl Figure {
         let (class, word) = match source {
             Source::Counted => ("counted", "counted"),
             Source::Modelled => ("modelled", "modelled"),
+            Source::Computed => ("counted", "computed"),
             Source::Measured => ("measured", "measured"),
             Source::Traced => ("counted", "traced"),
         };
@@ -126,6 +150,8 @@ body { margin: 0 auto; padding: 2rem 1.25rem 4rem; max-width: 72rem; background:
   color: var(--ink); font: 16px/1.5 system-ui, sans-serif; }
 h1 { margin: 0; font-size: 1.9rem; line-height: 1.2; }
 h2 { margin: 2.2rem 0 .6rem; font-size: 1.2rem; }
+.wide { margin: .8rem 0; }
+ul { max-width: 46rem; margin: .4rem 0; padding-left: 1.2rem; font-size: .92rem; }
 p { max-width: 46rem; margin: .4rem 0; }
 .below { color: var(--faint); }
 .row { display: grid; gap: 1.25rem; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr));

@@ -51,6 +51,18 @@ impl Picture {
         }
     }
 
+    /// Draws a line one pixel wide, both ends included.
+    pub fn line(&mut self, from: (u32, u32), to: (u32, u32), colour: Rgb) {
+        let (dx, dy) = (f64::from(to.0) - f64::from(from.0), f64::from(to.1) - f64::from(from.1));
+        let steps = dx.abs().max(dy.abs()).max(1.0);
+        for i in 0..=steps as u32 {
+            let along = f64::from(i) / steps;
+            let x = f64::from(from.0) + dx * along;
+            let y = f64::from(from.1) + dy * along;
+            self.set(x.round() as u32, y.round() as u32, colour);
+        }
+    }
+
     /// The same picture with `rows` more rows of one colour below.
     pub fn extended(mut self, rows: u32, colour: Rgb) -> Self {
         self.height += rows;
@@ -100,6 +112,16 @@ mod tests {
         assert_eq!(back.dimensions(), (20, 9));
         assert_eq!(back.get_pixel(3, 2).0, [255, 0, 1]);
         assert_eq!(back.as_raw(), picture.pixels().as_flattened());
+    }
+
+    #[test]
+    fn lines_join_their_ends_without_gaps() {
+        let mut picture = Picture::new(9, 9, [0; 3]);
+        picture.line((1, 7), (4, 1), [255; 3]);
+        picture.line((8, 8), (8, 8), [255; 3]);
+        let lit = |x: u32, y: u32| picture.pixels()[(y * 9 + x) as usize] == [255; 3];
+        assert!(lit(1, 7) && lit(4, 1) && lit(8, 8));
+        assert!((1..=7).all(|y| (0..8).filter(|&x| lit(x, y)).count() == 1));
     }
 
     #[test]

@@ -23,7 +23,7 @@ use crate::machine::mergetree::MachineError;
 use crate::machine::toplevel::{TopEvents, TopWatch};
 
 /// What to build.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BuildOptions {
     /// The builder's configuration.
     pub config: BuildConfig,

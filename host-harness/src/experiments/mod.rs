@@ -1,0 +1,71 @@
+//! The papers' tables and figures again: ours beside theirs.
+//!
+//! A file here is one table or figure. It builds what it needs in a [`Lab`], which keeps builds for
+//! the next experiment, and gives an [`Outcome`]: tables of [`Value`]s, charts, and notes on why
+//! numbers differ. The papers' numbers are in [`paper`] and meet ours in a [`Value`] and nowhere
+//! before.
+//!
+//! Models are named as the papers name them ([`scenes`]). One that is not at hand is listed as
+//! missing.
+
+mod lab;
+mod outcome;
+mod p2_table6;
+pub mod paper;
+pub mod scenes;
+
+use crate::run::RunError;
+use crate::scene::SceneError;
+
+pub use lab::{Built, Lab, Loaded};
+pub use outcome::{Chart, Column, Missing, Outcome, Row, Table, Value};
+
+/// A published table or figure that can be made again.
+#[derive(Debug, Clone, Copy)]
+pub struct Experiment {
+    /// What the command line calls it.
+    pub id: &'static str,
+    /// Where it was published: `P2 Table VI`.
+    pub place: &'static str,
+    /// What it shows.
+    pub title: &'static str,
+    /// Whether it is about the papers' models.
+    pub needs_scenes: bool,
+    run: fn(&Lab<'_>, &mut Outcome) -> Result<(), ExperimentError>,
+}
+
+/// All experiments, in the papers' order.
+pub const EXPERIMENTS: &[Experiment] = &[p2_table6::EXPERIMENT];
+
+/// Why an experiment stopped. A model that is not there stops none.
+#[derive(Debug, thiserror::Error)]
+pub enum ExperimentError {
+    /// A model is there and cannot be used.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A build failed.
+    #[error("{scene}: {source}")]
+    Build {
+        /// The model.
+        scene: String,
+        /// What the builder said.
+        source: RunError,
+    },
+}
+
+impl Experiment {
+    /// The experiment of that id.
+    pub fn by_id(id: &str) -> Option<&'static Self> {
+        EXPERIMENTS.iter().find(|experiment| experiment.id == id)
+    }
+
+    /// Makes it.
+    ///
+    /// # Errors
+    /// [`ExperimentError`].
+    pub fn run(&self, lab: &Lab<'_>) -> Result<Outcome, ExperimentError> {
+        let mut outcome = Outcome::new(self);
+        (self.run)(lab, &mut outcome)?;
+        Ok(outcome)
+    }
+}
