@@ -17,10 +17,13 @@ use crate::scene::{self, LoadOptions, Mesh, SceneError};
 /// Where experiments are made.
 pub struct Lab<'a> {
     progress: &'a (dyn Fn(&str) + Sync),
-    meshes: Mutex<Vec<(&'static str, Option<Arc<Mesh>>)>>,
-    builds: Mutex<Vec<(Arc<Mesh>, BuildOptions, Arc<Built>)>>,
-    sweeps: Mutex<Vec<(Arc<Mesh>, f64)>>,
+    meshes: Kept<(&'static str, Option<Arc<Mesh>>)>,
+    builds: Kept<(Arc<Mesh>, BuildOptions, Arc<Built>)>,
+    sweeps: Kept<(Arc<Mesh>, f64)>,
 }
+
+/// What was made, in no order: there are tens of them at most.
+type Kept<T> = Mutex<Vec<T>>;
 
 /// A model that is at hand.
 #[derive(Debug, Clone)]
