@@ -54,9 +54,7 @@ impl ReproduceReport {
             for chart in &outcome.charts {
                 page.wide(Figure::drawing(&chart.timeline.svg(), &chart.caption, Source::Modelled));
             }
-            let missing =
-                outcome.missing.iter().map(|m| format!("Missing: {}: {}.", m.scene, m.why));
-            page.list(outcome.notes.iter().cloned().chain(missing));
+            page.list(outcome.notes.iter().cloned().chain(absences(outcome)));
         }
         page.finish()
     }
@@ -181,20 +179,14 @@ impl fmt::Display for ReproduceReport {
             if outcome.tables.is_empty() {
                 writeln!(f)?;
             }
-            let star = if modelled { "  * modelled: " } else { "  " };
-            for (i, line) in outcome.configuration.iter().enumerate() {
-                let indent = if i == 0 { star } else { "  " };
-                writeln!(f, "{}", wrap(&format!("{indent}{line}"), 4))?;
+            if modelled {
+                writeln!(f, "  * modelled")?;
             }
-            for note in &outcome.notes {
+            for line in &outcome.configuration {
+                writeln!(f, "{}", wrap(&format!("  {line}"), 4))?;
+            }
+            for note in outcome.notes.iter().cloned().chain(absences(outcome)) {
                 writeln!(f, "{}", wrap(&format!("  - {note}"), 4))?;
-            }
-            for missing in &outcome.missing {
-                writeln!(
-                    f,
-                    "{}",
-                    wrap(&format!("  missing: {}: {}", missing.scene, missing.why), 4)
-                )?;
             }
         }
         if let Some(report) = &self.report {
