@@ -141,6 +141,25 @@ pub enum BuildError<E> {
     Internal,
 }
 
+impl<E> BuildError<E> {
+    /// The same error of another bus.
+    pub fn map_bus<F>(self, map: impl FnOnce(E) -> F) -> BuildError<F> {
+        match self {
+            Self::Config(error) => BuildError::Config(error),
+            Self::Bus { stage, addr, error } => BuildError::Bus { stage, addr, error: map(error) },
+            Self::RegionFull { region, needed, available } => {
+                BuildError::RegionFull { region, needed, available }
+            }
+            Self::InvalidPrimitive { index } => BuildError::InvalidPrimitive { index },
+            Self::PointerOverflow => BuildError::PointerOverflow,
+            Self::CorruptNode { index } => BuildError::CorruptNode { index },
+            Self::CorruptCluster { index } => BuildError::CorruptCluster { index },
+            Self::Unsorted => BuildError::Unsorted,
+            Self::Internal => BuildError::Internal,
+        }
+    }
+}
+
 impl<E: fmt::Debug> fmt::Display for BuildError<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,10 +1,11 @@
 //! Whole builds: primitives in, tree out.
 
 mod ploc;
+mod stream;
 mod tree;
 
-use self::ploc::PlocWriter;
-use self::tree::{MAX_JOINED, TreeWriter};
+pub use self::stream::TreeStream;
+use self::tree::MAX_JOINED;
 use crate::emit::{CellConfig, EmitterKind};
 use crate::error::{BuildError, ConfigError, RegionName};
 use crate::mem::{BurstWriter, Bus, Region};
@@ -12,7 +13,7 @@ use crate::node::{LeafEntry, MAX_LEAF_SIZE, Tree};
 use crate::num::{Grid, MortonCoder, MortonWidth};
 use crate::probe::{Probe, Stage};
 use crate::sort::{
-    InputFormat, Item, MultiMerge, PrimitiveDecoder, PrimitiveReader, RecordFormat, SortConfig,
+    InputFormat, MultiMerge, PrimitiveDecoder, PrimitiveReader, RecordFormat, SortConfig,
     Workspace, partial_sort,
 };
 use crate::toplevel::{TopLevel, TopStorage};
@@ -250,43 +251,17 @@ pub fn build_with_top<B: Bus, P: Probe>(
         },
     )?;
     let boxes = pairs.then_some(&reader);
-    match &config.emitter {
-        EmitterKind::Lbvh => {
-            let mut tree = TreeWriter::new(config, regions, top);
-            stream(bus, &mut merge, boxes, probe, |bus, item, probe| {
-                tree.accept(bus, item, probe)
-            })?;
-            tree.finish(bus, config.top_level, probe)
-        }
-        EmitterKind::Ploc(ploc) => {
-            let mut tree = PlocWriter::new(config, ploc, regions, target, count, probe);
-            stream(bus, &mut merge, boxes, probe, |bus, item, probe| {
-                tree.accept(bus, item, probe)
-            })?;
-            // The merge is over, so its scratchpad is free.
-            let scratchpad = workspace.items.get_mut(..capacity as usize).unwrap_or_default();
-            tree.finish(bus, scratchpad, probe)
-        }
-    }
-}
-
-/// Passes the merge's output on to an emitter, with boxes from the input where the runs have none.
-#[inline]
-fn stream<B: Bus, P: Probe>(
-    bus: &mut B,
-    merge: &mut MultiMerge<'_>,
-    boxes: Option<&PrimitiveReader>,
-    probe: &mut P,
-    mut accept: impl FnMut(&mut B, &Item, &mut P) -> Result<(), BuildError<B::Error>>,
-) -> Result<(), BuildError<B::Error>> {
+    let mut tree = TreeStream::new(config, regions, target, count, top, probe);
     while let Some(mut item) = merge.next(bus, probe)? {
         if let Some(reader) = boxes {
             reader.read(bus, Stage::Merge, item.reference, core::slice::from_mut(&mut item))?;
             // The code was sorted by; it is the same as the one just computed.
         }
-        accept(bus, &item, probe)?;
+        tree.accept(bus, &item, probe)?;
     }
-    Ok(())
+    // The merge is over, so its scratchpad is free.
+    let scratchpad = workspace.items.get_mut(..capacity as usize).unwrap_or_default();
+    tree.finish(bus, scratchpad, probe)
 }
 
 /// Merges groups of runs from one region into longer runs in the other.

@@ -37,8 +37,10 @@ impl Expected {
         let mut output = input.clone();
         let mut buffers = Buffers::new(&runs);
         let count = triangles.len() as u32;
-        let workspace = &mut buffers.workspace();
-        let tree = pipeline::build(&mut output, &runs, &layout.build, count, workspace, &mut ());
+        let (mut workspace, mut top) = buffers.parts();
+        let (bus, regions) = (&mut output, &layout.build);
+        let (workspace, top) = (&mut workspace, &mut top);
+        let tree = pipeline::build_with_top(bus, &runs, regions, count, workspace, top, &mut ());
         let tree = tree.unwrap_or_else(|e| panic!("{e}"));
         Self { config, layout, count, input, output, tree }
     }

@@ -10,11 +10,13 @@ use xylem::machine::fault::{Fault, FaultyPort};
 use xylem::machine::mergetree::MachineError;
 use xylem::machine::port::{DramPort, IdealPort, PortError};
 use xylem::scene::{LoadOptions, Random};
+use xylem_core::emit::{CellConfig, EmitterKind, PlocConfig};
 use xylem_core::error::BuildError;
 use xylem_core::geom::Triangle;
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::probe::Stage;
 use xylem_core::sort::{InputFormat, ReadSchedule, SortConfig};
+use xylem_core::toplevel::{Binned, Bins, TopLevel};
 use xylem_tests::clocked::Expected;
 use xylem_tests::lbvh::morton_code;
 use xylem_tests::places;
@@ -111,6 +113,52 @@ fn small_leaves_triangles_as_input_and_odd_bursts_make_no_difference() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn emitters_on_tape_write_the_core_s_bytes() {
+    let ploc = |radius, chain| BuildConfig {
+        emitter: EmitterKind::Ploc(PlocConfig { radius, chain }),
+        ..BuildConfig::default()
+    };
+    let binned = |capacity| BuildConfig {
+        top_level: TopLevel::Binned(Binned { bins: Bins::Eight }),
+        cells: CellConfig { capacity, ..CellConfig::default() },
+        ..BuildConfig::default()
+    };
+    let joined = BuildConfig { join_leaves: 4, ..BuildConfig::default() };
+    let builds = [ploc(8, 4), ploc(2, 2), ploc(16, 8), binned(8192), binned(64), joined];
+    for (name, triangles) in inputs(3000) {
+        for build in builds {
+            for (capacity, burst) in [(64, 4), (8192, 16)] {
+                for schedule in SCHEDULES {
+                    let mut config = machine(capacity, burst, schedule);
+                    config.build = BuildConfig { sort: config.build.sort, ..build };
+                    let what = format!("{name}, {config:?}");
+                    let expected = Expected::new(&triangles, config);
+                    let cycles = expected.assert_same(&what, &mut IdealPort::new(20)).cycles;
+                    let mut slow = DramPort::new(memory("slow"), 1000);
+                    assert!(expected.assert_same(&what, &mut slow).cycles >= cycles / 2, "{what}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_tape_of_the_hierarchy_emitter_takes_as_long_as_the_unit() {
+    // A joined leaf of one primitive joins nothing, but is no plain emitter.
+    let triangles = soup(&mut Random::new(SEED), 20_000);
+    let plain = machine(8192, 16, ReadSchedule::DoubleBuffer);
+    let mut taped = plain;
+    taped.build.join_leaves = 1;
+    for port in [1, 50] {
+        let cycles = [plain, taped].map(|config| {
+            Expected::new(&triangles, config).assert_same("tape", &mut IdealPort::new(port)).cycles
+        });
+        println!("latency {port}: unit {}, tape {}", cycles[0], cycles[1]);
+        assert!(cycles[0].abs_diff(cycles[1]) * 100 < cycles[0], "{cycles:?}");
     }
 }
 

@@ -19,6 +19,7 @@ pub(super) const fn list_bytes(count: u32) -> u64 {
 }
 
 /// The clustering emitter with its write ports.
+#[derive(Debug)]
 pub(super) struct PlocWriter {
     chain: Chain,
     outputs: Outputs,
@@ -27,7 +28,7 @@ pub(super) struct PlocWriter {
 }
 
 /// Where lists of clusters are in memory.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Lists {
     region: Region,
     name: RegionName,
@@ -43,6 +44,7 @@ impl Lists {
 }
 
 /// What has been written.
+#[derive(Debug)]
 struct Outputs {
     nodes: BurstWriter,
     leaf_table: BurstWriter,

@@ -15,6 +15,7 @@ use crate::toplevel::{Exhausted, NodeSink, TopLevel, TopNode, TopStorage};
 pub(super) const MAX_JOINED: usize = 16;
 
 /// The emitter with its two write ports.
+#[derive(Debug)]
 pub(super) struct TreeWriter<'a> {
     emitter: Emitter,
     cells: CellBuffer<'a>,
@@ -197,6 +198,7 @@ fn write_step<B: Bus>(
 
 /// The leaf table's write port. While leaves may still be joined, the entries whose marks depend on
 /// it wait in a delay line.
+#[derive(Debug)]
 struct LeafPort {
     writer: BurstWriter,
     held: Deque<LeafEntry, MAX_JOINED>,

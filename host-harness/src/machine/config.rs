@@ -1,6 +1,6 @@
 //! Every parameter of the clocked builder in one place.
 
-use xylem_core::emit::EmitterKind;
+use xylem_core::emit::{Cell, EmitterKind};
 use xylem_core::error::ConfigError;
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::sort::RecordFormat;
@@ -113,6 +113,23 @@ impl MachineConfig {
         u64::from(records) * 32
     }
 
+    /// Sweeps of the clustering chain, if that emits.
+    pub(super) fn sweeps(&self) -> u32 {
+        match self.build.emitter {
+            EmitterKind::Lbvh => 0,
+            EmitterKind::Ploc(ploc) => ploc.chain,
+        }
+    }
+
+    /// The buffer of the top-level builder, if there is one.
+    pub(super) fn top_cells(&self) -> Vec<Cell> {
+        let capacity = match self.build.top_level {
+            TopLevel::None => 0,
+            _ => self.build.cells.capacity,
+        };
+        vec![Cell::EMPTY; capacity as usize]
+    }
+
     /// Checks every parameter.
     ///
     /// # Errors
@@ -125,10 +142,7 @@ impl MachineConfig {
         if sort.record != RecordFormat::Box32 {
             return Err(Error::Record);
         }
-        if self.build.emitter != EmitterKind::Lbvh {
-            return Err(Error::Emitter);
-        }
-        if self.build.top_level != TopLevel::None || self.build.join_leaves > 0 {
+        if matches!(self.build.top_level, TopLevel::Atrbvh(_)) {
             return Err(Error::TopLevel);
         }
         if !(sort.burst * sort.record.bytes()).is_multiple_of(LINE_BYTES) {
@@ -154,11 +168,8 @@ pub enum MachineConfigError {
     /// The machine sorts 32-byte records.
     #[error("the clocked builder sorts 32-byte boxes; other records have the function engine only")]
     Record,
-    /// The machine's emitter is the hierarchy emitter.
-    #[error("the clocked builder emits LBVH; other emitters have the function engine only")]
-    Emitter,
-    /// Cells and joined leaves are not clocked.
-    #[error("the clocked builder has no top level and joins no leaves; use the function engine")]
+    /// There is no unit that restructures treelets.
+    #[error("ATRBVH is software on the soft core, no unit; use the function engine, or `binned`")]
     TopLevel,
     /// Bursts of records are whole lines.
     #[error("the clocked builder reads lines of 64 bytes; a burst B must be at least 2 records")]

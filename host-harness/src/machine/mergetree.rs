@@ -17,12 +17,14 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use xylem_core::emit::{EmitterKind, list_bound};
 use xylem_core::error::{BuildError, RegionName};
 use xylem_core::mem::{ByteAddr, Region};
 use xylem_core::node::Tree;
-use xylem_core::pipeline::BuildRegions;
+use xylem_core::pipeline::{BuildRegions, TreeStream};
 use xylem_core::probe::Stage;
 use xylem_core::sort::{Item, RecordFormat};
+use xylem_core::toplevel::TopStorage;
 
 use super::activity::{Activity, Unit};
 use super::config::{MachineConfig, MachineConfigError};
@@ -31,6 +33,9 @@ use super::multimerge::{self, MultiMerge};
 use super::port::{Access, LINE_BYTES, Port, PortError, Response};
 use super::reader::Reader;
 use super::sorter::Sorters;
+use super::tail::{self, Tail, TapeUnit};
+use super::tape::Tape;
+use super::toplevel::TopEvents;
 use super::writer::Writer;
 use crate::bus::{FlatMemory, Tally, Traffic};
 
@@ -48,6 +53,8 @@ pub struct MachineRun {
     pub activity: Activity,
     /// Why the multi-merge stood still.
     pub stalls: Stalls,
+    /// What the top-level builder did.
+    pub top: TopEvents,
     /// Further merge passes before the last.
     pub passes: u32,
 }
@@ -92,19 +99,46 @@ pub fn build<P: Port>(
 ) -> Result<MachineRun, MachineError> {
     config.check()?;
     check_regions(config, memory, regions, count)?;
-    let mut machine = Machine::new(config, memory, regions, count, port);
+    let build = config.runs();
+    let tape = Tape::new(config.sweeps(), regions);
+    let mut cells = config.top_cells();
+    let mut top = TopStorage { cells: &mut cells, nodes: &mut [] };
+    let passes = config.further_passes(count);
+    let tail = if Tail::is_plain(&build) {
+        Tail::Emitter(EmitterUnit::new(&build, regions))
+    } else {
+        // The last merge reads from one region of runs, so the other one is free.
+        let lists = match passes % 2 {
+            0 => (regions.runs_b, RegionName::RunsB),
+            _ => (regions.runs_a, RegionName::RunsA),
+        };
+        if let EmitterKind::Ploc(_) = build.emitter {
+            let needed = u64::from(list_bound(count)) * u64::from(RecordFormat::Box32.bytes());
+            let (Region { size: available, .. }, region) = lists;
+            if needed > u64::from(available) {
+                return Err(BuildError::RegionFull { region, needed, available }.into());
+            }
+        }
+        let stream = TreeStream::new(&build, regions, lists, count, &mut top, &mut tape.probe());
+        let scratchpad = config.build.sort.capacity as usize;
+        // A burst is taken whole.
+        let sort = config.build.sort;
+        let burst = sort.burst * sort.record.bytes() / LINE_BYTES;
+        let room = config.read_ahead.max(burst);
+        Tail::Tape(TapeUnit::new(&tape, stream, scratchpad, room))
+    };
+    let mut machine = Machine::new(config, memory, regions, count, port, tail);
     machine.partial_sort()?;
     let mut source = (regions.runs_a, RegionName::RunsA);
     let mut target = (regions.runs_b, RegionName::RunsB);
     let mut run = config.run_len();
-    let passes = config.further_passes(count);
     for _ in 0..passes {
         machine.merge_pass(source, target, run)?;
         std::mem::swap(&mut source, &mut target);
         run = run.saturating_mul(config.width());
     }
     machine.emit(source, run)?;
-    Ok(machine.finish(passes))
+    machine.finish(passes)
 }
 
 fn check_regions(
@@ -136,6 +170,18 @@ type Runs = (Region, RegionName);
 
 /// What the port's read tags say: where a line goes.
 const FOR_READER: u32 = u32::MAX;
+const FOR_TAIL: u32 = u32::MAX - 1;
+
+/// Who reads in a cycle.
+#[derive(Clone, Copy)]
+enum Reads {
+    /// The primitive reader.
+    Input,
+    /// The multi-merge.
+    Runs,
+    /// What comes after it.
+    Tail,
+}
 
 struct Machine<'a, P> {
     config: &'a MachineConfig,
@@ -149,7 +195,7 @@ struct Machine<'a, P> {
     merge: MultiMerge,
     /// Records between the merge and what takes them, with the cycle from which they are there.
     fifo: VecDeque<(u64, Item)>,
-    emitter: EmitterUnit,
+    tail: Tail<'a>,
     runs: Option<Writer>,
     /// Bytes asked for of the burst that the merge wants first.
     asked: u32,
@@ -172,6 +218,7 @@ impl<'a, P: Port> Machine<'a, P> {
         regions: &'a BuildRegions,
         count: u32,
         port: &'a mut P,
+        tail: Tail<'a>,
     ) -> Self {
         let sort = config.build.sort;
         let coder = config.build.coder();
@@ -198,7 +245,7 @@ impl<'a, P: Port> Machine<'a, P> {
                 coder,
             ),
             fifo: VecDeque::new(),
-            emitter: EmitterUnit::new(&config.build, regions),
+            tail,
             runs: None,
             asked: 0,
             outstanding: VecDeque::new(),
@@ -224,7 +271,7 @@ impl<'a, P: Port> Machine<'a, P> {
             while fill.pieces_in < all_pieces.min((block + 1) * pieces) {
                 self.fill(&mut fill, block + 1)?;
                 self.stalls.fill_cycles += 1;
-                self.cycle(false)?;
+                self.cycle(Reads::Input)?;
             }
             let len = run.min(self.count - block * run);
             self.merge.start_pieces(block % halves * run, len, sort.piece());
@@ -233,7 +280,7 @@ impl<'a, P: Port> Machine<'a, P> {
                 self.fill(&mut fill, block + halves)?;
                 self.write_run()?;
                 self.merge_one();
-                self.cycle(false)?;
+                self.cycle(Reads::Input)?;
             }
         }
         let read_bytes = self.reader.bytes();
@@ -290,7 +337,7 @@ impl<'a, P: Port> Machine<'a, P> {
             while !self.merge.is_done() || !self.fifo.is_empty() {
                 self.write_run()?;
                 self.merge_one();
-                self.cycle(true)?;
+                self.cycle(Reads::Runs)?;
             }
             first = end;
         }
@@ -307,32 +354,27 @@ impl<'a, P: Port> Machine<'a, P> {
                 self.enter(Stage::Emit);
             }
             let item = self.fifo.front().filter(|(at, _)| *at <= self.now).map(|(_, item)| item);
-            let did = self.emitter.tick(item, merged, self.image)?;
+            let did = self.tail.tick(item, merged, self.image)?;
             if did.accepted {
                 self.fifo.pop_front();
             }
             if did.worked {
-                self.activity.add(Unit::Emitter, 1000);
+                let unit = if self.tail.is_top() { Unit::TopLevel } else { Unit::Emitter };
+                self.activity.add(unit, 1000);
                 self.moved_at = self.now;
             }
-            if self.emitter.is_finished() {
-                self.emitter.nodes.flush(self.image);
-                self.emitter.leaf_table.flush(self.image);
-                if self.emitter.nodes.is_empty() && self.emitter.leaf_table.is_empty() {
-                    break;
-                }
+            if self.tail.is_top() && self.stage != Stage::TopLevel {
+                self.enter(Stage::TopLevel);
+            }
+            if self.tail.is_finished() {
+                break;
             }
             if !merged {
                 self.merge_one();
             }
-            self.cycle(true)?;
+            self.cycle(if merged { Reads::Tail } else { Reads::Runs })?;
         }
-        for writer in [&self.emitter.nodes, &self.emitter.leaf_table] {
-            let sent = writer.sent();
-            let tally = Tally { write_bytes: sent.bytes, writes: sent.bursts, ..Tally::default() };
-            let key = (Stage::Emit, Some(writer.name().as_str()));
-            *self.traffic.tallies.entry(key).or_default() += tally;
-        }
+        self.tail.count(&mut self.traffic);
         Ok(())
     }
 
@@ -390,27 +432,24 @@ impl<'a, P: Port> Machine<'a, P> {
         while let Some(writer) = &mut self.runs {
             writer.flush(self.image);
             if writer.is_empty() {
-                let (name, stage, sent) = (writer.name(), writer.stage(), writer.sent());
-                let tally =
-                    Tally { write_bytes: sent.bytes, writes: sent.bursts, ..Tally::default() };
-                self.count_traffic(stage, name, tally);
+                writer.count(&mut self.traffic);
                 self.runs = None;
             } else {
-                self.cycle(false)?;
+                self.cycle(Reads::Input)?;
             }
         }
         Ok(())
     }
 
-    /// The rest of a cycle: the memory port, and time. `bursts` says that runs are read.
-    fn cycle(&mut self, bursts: bool) -> Result<(), BuildError<PortError>> {
+    /// The rest of a cycle: the memory port, and time.
+    fn cycle(&mut self, reads: Reads) -> Result<(), BuildError<PortError>> {
         if let Some(Response { access, failed }) = self.port.take() {
             self.respond(access, failed)?;
         }
-        if bursts {
-            self.read_bursts()
-        } else {
-            self.read_input()
+        match reads {
+            Reads::Input => self.read_input(),
+            Reads::Runs => self.read_bursts(),
+            Reads::Tail => self.read_for_tail(),
         }
         self.write();
         self.port.tick();
@@ -428,9 +467,10 @@ impl<'a, P: Port> Machine<'a, P> {
     /// The access that the port has not taken, if there is one.
     fn wanted(&self) -> Option<Access> {
         let read = |addr| Access { addr, write: false, tag: 0 };
-        let write = self.writers().into_iter().find_map(|writer| writer?.offer());
+        let write = (0..=tail::PORTS).find_map(|port| self.write_offer(port));
         let burst = self.merge.request().map(|request| read(request.addr + self.asked));
-        burst.or(write).or_else(|| self.reader.offer().map(read))
+        let tail = || self.tail.read().map(read);
+        burst.or(write).or_else(|| self.reader.offer().map(read)).or_else(tail)
     }
 
     fn respond(&mut self, access: Access, failed: bool) -> Result<(), BuildError<PortError>> {
@@ -445,6 +485,7 @@ impl<'a, P: Port> Machine<'a, P> {
         }
         match access.tag {
             FOR_READER => self.reader.arrive(access.addr),
+            FOR_TAIL => self.tail.arrive(access.addr),
             buffer => self.merge.arrive(buffer, self.image),
         }
         Ok(())
@@ -470,6 +511,14 @@ impl<'a, P: Port> Machine<'a, P> {
         }
     }
 
+    fn read_for_tail(&mut self) {
+        if let Some(addr) = self.tail.read()
+            && self.ask(Access { addr, write: false, tag: FOR_TAIL })
+        {
+            self.tail.read_taken(addr);
+        }
+    }
+
     fn ask(&mut self, access: Access) -> bool {
         let taken = self.port.offer(access);
         if taken {
@@ -480,24 +529,36 @@ impl<'a, P: Port> Machine<'a, P> {
         taken
     }
 
-    fn writers(&self) -> [Option<&Writer>; 3] {
-        [self.runs.as_ref(), Some(&self.emitter.nodes), Some(&self.emitter.leaf_table)]
+    /// The line that a write port offers: first that of runs, then those of the tail.
+    fn write_offer(&self, port: usize) -> Option<Access> {
+        match port.checked_sub(1) {
+            None => self.runs.as_ref()?.offer(),
+            Some(port) => self.tail.offer(port),
+        }
     }
 
-    /// Offers a line of one writer. A burst keeps its turn until its last line.
+    fn in_burst(&self, port: usize) -> bool {
+        match port.checked_sub(1) {
+            None => self.runs.as_ref().is_some_and(Writer::in_burst),
+            Some(port) => self.tail.in_burst(port),
+        }
+    }
+
+    /// Offers a line of one write port. A burst keeps its turn until its last line.
     fn write(&mut self) {
-        let writers = self.writers();
-        if !writers[self.turn].is_some_and(Writer::in_burst) {
-            let wants = |i: &usize| writers[*i].is_some_and(|writer| writer.offer().is_some());
-            let Some(next) = (1..=3).map(|i| (self.turn + i) % 3).find(wants) else { return };
+        const PORTS: usize = tail::PORTS + 1;
+        if !self.in_burst(self.turn) {
+            let wants = |port: &usize| self.write_offer(*port).is_some();
+            let Some(next) = (1..=PORTS).map(|i| (self.turn + i) % PORTS).find(wants) else {
+                return;
+            };
             self.turn = next;
         }
-        let Some(access) = self.writers()[self.turn].and_then(Writer::offer) else { return };
+        let Some(access) = self.write_offer(self.turn) else { return };
         if self.port.offer(access) {
-            match self.turn {
-                0 => self.runs.iter_mut().for_each(Writer::taken),
-                1 => self.emitter.nodes.taken(),
-                _ => self.emitter.leaf_table.taken(),
+            match self.turn.checked_sub(1) {
+                None => self.runs.iter_mut().for_each(Writer::taken),
+                Some(port) => self.tail.taken(port),
             }
             self.activity.add(Unit::WritePort, 1000);
             self.moved_at = self.now;
@@ -517,16 +578,17 @@ impl<'a, P: Port> Machine<'a, P> {
         *self.traffic.tallies.entry((stage, Some(region.as_str()))).or_default() += tally;
     }
 
-    fn finish(mut self, passes: u32) -> MachineRun {
+    fn finish(mut self, passes: u32) -> Result<MachineRun, MachineError> {
         self.enter(self.stage);
-        MachineRun {
-            tree: *self.emitter.tree(),
+        Ok(MachineRun {
+            tree: *self.tail.tree().ok_or(BuildError::Internal)?,
             cycles: self.now,
             traffic: self.traffic,
             activity: self.activity,
             stalls: self.stalls,
+            top: self.tail.top_events(),
             passes,
-        }
+        })
     }
 }
 

@@ -5,7 +5,8 @@
 //! in every output of every cycle.
 //!
 //! [`mergetree::build`] is the whole builder: [`reader`], [`sorter`], [`multimerge`] around [`heap`],
-//! [`emitter`] and [`writer`], behind a [`port`] to the memory model of [`crate::dram`].
+//! [`emitter`] and [`writer`], behind a [`port`] to the memory model of [`crate::dram`]. Emitters and
+//! top-level builders without a unit of their own run from [`tape`].
 
 pub mod activity;
 pub mod config;
@@ -18,5 +19,7 @@ pub mod ploc;
 pub mod port;
 pub mod reader;
 pub mod sorter;
+mod tail;
+pub mod tape;
 pub mod toplevel;
 pub mod writer;

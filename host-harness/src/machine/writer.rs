@@ -11,6 +11,7 @@ use xylem_core::mem::Region;
 use xylem_core::probe::Stage;
 
 use super::port::{Access, LINE_BYTES, PortError};
+use crate::bus::{Tally, Traffic};
 
 /// Collects consecutive records and sends them in bursts, as `xylem_core::mem::BurstWriter` does.
 #[derive(Debug)]
@@ -28,13 +29,10 @@ pub struct Writer {
     sent: Sent,
 }
 
-/// What a writer has sent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Sent {
-    /// Bursts.
-    pub bursts: u64,
-    /// Bytes of records.
-    pub bytes: u64,
+struct Sent {
+    bursts: u64,
+    bytes: u64,
 }
 
 impl Writer {
@@ -52,19 +50,12 @@ impl Writer {
         }
     }
 
-    /// The stage that its traffic belongs to.
-    pub fn stage(&self) -> Stage {
-        self.stage
-    }
-
-    /// The region that it writes.
-    pub fn name(&self) -> RegionName {
-        self.name
-    }
-
-    /// What it has sent so far, including the burst being sent.
-    pub fn sent(&self) -> Sent {
-        self.sent
+    /// Adds what it has sent so far to `traffic`, the burst being sent included.
+    pub fn count(&self, traffic: &mut Traffic) {
+        let tally =
+            Tally { write_bytes: self.sent.bytes, writes: self.sent.bursts, ..Tally::default() };
+        let key = (self.stage, Some(self.name.as_str()));
+        *traffic.tallies.entry(key).or_default() += tally;
     }
 
     /// Whether a record of `len` bytes can be taken in this cycle.
@@ -168,7 +159,7 @@ mod tests {
         writer.taken();
         assert!(writer.is_empty());
         assert_eq!((image[63], image[64 + 96], image[64 + 128]), (0, 3, 4));
-        assert_eq!(writer.sent(), Sent { bursts: 2, bytes: 160 });
+        assert_eq!(writer.sent, Sent { bursts: 2, bytes: 160 });
     }
 
     #[test]

@@ -131,8 +131,8 @@ fn clocked(
     let tree = clocked.machine.tree;
     let scene = Scene { tree, triangles: layout.triangles, triangle_count: count };
     let (traffic, host_time) = (clocked.machine.traffic.clone(), clocked.host_time);
+    let top = clocked.machine.top;
     let clocked = Some(clocked);
-    let top = TopEvents::default();
     Ok(BuildRun { memory, layout, scene, exact: scene, traffic, top, host_time, clocked })
 }
 

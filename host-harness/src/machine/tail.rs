@@ -1,0 +1,209 @@
+//! What takes the merge's output: the hierarchy emitter in gates' detail, or another emitter by its
+//! tape.
+
+use xylem_core::emit::EmitterKind;
+use xylem_core::error::BuildError;
+use xylem_core::node::Tree;
+use xylem_core::pipeline::{BuildConfig, TreeStream};
+use xylem_core::probe::Stage;
+use xylem_core::sort::Item;
+use xylem_core::toplevel::TopLevel;
+
+use super::emitter::{Did, EmitterUnit};
+use super::port::{Access, PortError};
+use super::tape::{OutOfRange, Player, Tape};
+use super::toplevel::TopEvents;
+use super::writer::Writer;
+use crate::bus::Traffic;
+
+/// The end of the builder's pipeline.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one")]
+pub(super) enum Tail<'a> {
+    /// The hierarchy emitter, modelled unit by unit.
+    Emitter(EmitterUnit),
+    /// Any emitter of the core, played from tape.
+    Tape(TapeUnit<'a>),
+}
+
+/// The core's emitter with its tape.
+#[derive(Debug)]
+pub(super) struct TapeUnit<'a> {
+    tape: &'a Tape,
+    /// The core's, until the input has ended.
+    stream: Option<TreeStream<'a>>,
+    player: Player,
+    scratchpad: Vec<Item>,
+    tree: Option<Tree>,
+    /// Whether work is the top-level builder's.
+    top: bool,
+}
+
+/// Write ports of the tail.
+pub(super) const PORTS: usize = 2;
+
+impl Tail<'_> {
+    /// Whether the plain hierarchy emitter is all that `config` asks for.
+    pub fn is_plain(config: &BuildConfig) -> bool {
+        config.emitter == EmitterKind::Lbvh
+            && config.top_level == TopLevel::None
+            && config.join_leaves == 0
+    }
+
+    /// Runs one cycle in which `item` is offered; with `end`, no item follows.
+    ///
+    /// # Errors
+    /// [`BuildError`] of the emitter.
+    pub fn tick(
+        &mut self,
+        item: Option<&Item>,
+        end: bool,
+        image: &mut [u8],
+    ) -> Result<Did, BuildError<PortError>> {
+        match self {
+            Self::Emitter(unit) => {
+                let did = unit.tick(item, end, image)?;
+                if unit.is_finished() {
+                    unit.nodes.flush(image);
+                    unit.leaf_table.flush(image);
+                }
+                Ok(did)
+            }
+            Self::Tape(unit) => unit.tick(item, end, image),
+        }
+    }
+
+    /// Whether the tree is done and sent.
+    pub fn is_finished(&self) -> bool {
+        match self {
+            Self::Emitter(unit) => {
+                unit.is_finished() && unit.nodes.is_empty() && unit.leaf_table.is_empty()
+            }
+            Self::Tape(unit) => unit.tree.is_some() && unit.player.is_done(),
+        }
+    }
+
+    /// The tree, when it is finished.
+    pub fn tree(&self) -> Option<&Tree> {
+        match self {
+            Self::Emitter(unit) => unit.is_finished().then(|| unit.tree()),
+            Self::Tape(unit) => unit.tree.as_ref(),
+        }
+    }
+
+    /// Whether the unit at work is the top-level builder.
+    pub fn is_top(&self) -> bool {
+        matches!(self, Self::Tape(unit) if unit.top)
+    }
+
+    fn writers(&self) -> [Option<&Writer>; PORTS] {
+        match self {
+            Self::Emitter(unit) => [Some(&unit.nodes), Some(&unit.leaf_table)],
+            Self::Tape(_) => [None, None],
+        }
+    }
+
+    /// The line that a write port offers.
+    pub fn offer(&self, port: usize) -> Option<Access> {
+        match self {
+            Self::Tape(unit) if port == 0 => unit.player.write(),
+            _ => self.writers()[port]?.offer(),
+        }
+    }
+
+    /// Whether a write port is inside a burst.
+    pub fn in_burst(&self, port: usize) -> bool {
+        // Bursts on tape leave one after the other whatever else there is: only runs compete, and
+        // they are written by then.
+        self.writers()[port].is_some_and(Writer::in_burst)
+    }
+
+    /// The line offered was taken.
+    pub fn taken(&mut self, port: usize) {
+        match (self, port) {
+            (Self::Emitter(unit), 0) => unit.nodes.taken(),
+            (Self::Emitter(unit), _) => unit.leaf_table.taken(),
+            (Self::Tape(unit), _) => unit.player.write_taken(),
+        }
+    }
+
+    /// The line that it wants to read.
+    pub fn read(&self) -> Option<u32> {
+        match self {
+            Self::Emitter(_) => None,
+            Self::Tape(unit) => unit.player.read(),
+        }
+    }
+
+    /// The line offered to read was taken.
+    pub fn read_taken(&mut self, addr: u32) {
+        if let Self::Tape(unit) = self {
+            unit.player.read_taken(addr);
+        }
+    }
+
+    /// A line that it asked for has come.
+    pub fn arrive(&mut self, addr: u32) {
+        if let Self::Tape(unit) = self {
+            unit.player.arrive(addr);
+        }
+    }
+
+    /// What the top-level builder did.
+    pub fn top_events(&self) -> TopEvents {
+        match self {
+            Self::Emitter(_) => TopEvents::default(),
+            Self::Tape(unit) => unit.tape.top_events(),
+        }
+    }
+
+    /// Adds its bursts to `traffic`.
+    pub fn count(&self, traffic: &mut Traffic) {
+        match self {
+            Self::Emitter(unit) => {
+                unit.nodes.count(traffic);
+                unit.leaf_table.count(traffic);
+            }
+            Self::Tape(unit) => unit.tape.count(traffic),
+        }
+    }
+}
+
+impl<'a> TapeUnit<'a> {
+    /// A unit that has seen nothing.
+    pub fn new(tape: &'a Tape, stream: TreeStream<'a>, scratchpad: usize, read_ahead: u32) -> Self {
+        Self {
+            tape,
+            stream: Some(stream),
+            player: Player::new(read_ahead),
+            scratchpad: vec![Item::ZERO; scratchpad],
+            tree: None,
+            top: false,
+        }
+    }
+
+    fn tick(
+        &mut self,
+        item: Option<&Item>,
+        end: bool,
+        image: &mut [u8],
+    ) -> Result<Did, BuildError<PortError>> {
+        // The tape's bus is the memory image, whose regions were checked.
+        let outside = |error: BuildError<OutOfRange>| error.map_bus(|OutOfRange| PortError::Write);
+        let mut accepted = false;
+        if self.player.is_idle() {
+            let (bus, probe) = (&mut self.tape.bus(image), &mut self.tape.probe());
+            if let (Some(item), Some(stream)) = (item, &mut self.stream) {
+                stream.accept(bus, item, probe).map_err(outside)?;
+                accepted = true;
+            } else if end && let Some(stream) = self.stream.take() {
+                let tree = stream.finish(bus, &mut self.scratchpad, probe);
+                self.tree = Some(tree.map_err(outside)?);
+            }
+            self.tape.drain(&mut self.player.events);
+        }
+        let (worked, stage) = self.player.tick();
+        self.top |= stage == Some(Stage::TopLevel);
+        Ok(Did { accepted, worked: worked || accepted })
+    }
+}

@@ -1,0 +1,435 @@
+//! What a part of the builder does, put on tape: work and bursts in their order, to be timed later.
+//!
+//! Units whose cycles follow from what they do, and not from when, need no second statement of it.
+//! The core runs them against a [`Tape`], a bus and a probe at once, which records how many cycles of
+//! work lie between their bursts; [`Player`] plays that back on the clock, where work takes its
+//! cycles, writes wait for room, and reads for their lines.
+//!
+//! | Event | Cycles |
+//! |---|---|
+//! | stack operation, or primitive into the open leaf | 1 (P2 §5.4) |
+//! | beat of the clustering chain | 1, or as many as it writes nodes or leaves |
+//! | pass of the clustering chain | 6 a sweep of latency after its list has ended |
+//! | sweep of the binned top-level builder | 1 a cell, and 32 (P1 §4.5, P2 §6.1) |
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+
+use xylem_core::error::RegionName;
+use xylem_core::mem::{Bus, ByteAddr, Region};
+use xylem_core::pipeline::BuildRegions;
+use xylem_core::probe::{Probe, Stage};
+
+use super::ploc::PlocTiming;
+use super::port::{Access, LINE_BYTES};
+use super::toplevel::{SweepUnit, TopEvents};
+use crate::bus::{Tally, Traffic};
+
+/// What is on a tape.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Event {
+    /// So many cycles of work.
+    Work(u64),
+    /// A burst that must be in memory before what follows.
+    Read {
+        /// First byte.
+        addr: u32,
+        /// Bytes.
+        bytes: u32,
+    },
+    /// A burst to be written.
+    Write {
+        /// First byte.
+        addr: u32,
+        /// Bytes.
+        bytes: u32,
+    },
+    /// Nothing that follows may be read before all that was written has left.
+    Barrier,
+    /// Another stage begins.
+    Stage(Stage),
+}
+
+/// A recorder around a memory image.
+#[derive(Debug, Default)]
+pub struct Tape {
+    inner: RefCell<Recorder>,
+}
+
+#[derive(Debug, Default)]
+struct Recorder {
+    events: VecDeque<Event>,
+    work: u64,
+    /// Nodes and leaves of the clustering beat under way.
+    nodes: u64,
+    leaves: u64,
+    /// Sweeps of the clustering chain, where there is one, and whether a pass has begun.
+    sweeps: u64,
+    passes: u32,
+    top: bool,
+    top_events: TopEvents,
+    regions: Vec<(RegionName, Region)>,
+    traffic: Traffic,
+}
+
+impl Tape {
+    /// An empty tape for an emitter whose clustering chain has `sweeps` sweeps, 0 if it has none.
+    pub fn new(sweeps: u32, regions: &BuildRegions) -> Self {
+        let regions = vec![
+            (RegionName::RunsA, regions.runs_a),
+            (RegionName::RunsB, regions.runs_b),
+            (RegionName::Nodes, regions.nodes),
+            (RegionName::LeafTable, regions.leaf_table),
+        ];
+        let recorder = Recorder { sweeps: sweeps.into(), regions, ..Recorder::default() };
+        Self { inner: RefCell::new(recorder) }
+    }
+
+    /// Adds all bursts on the tape so far to `traffic`.
+    pub fn count(&self, traffic: &mut Traffic) {
+        for (key, tally) in &self.inner.borrow().traffic.tallies {
+            *traffic.tallies.entry(*key).or_default() += *tally;
+        }
+    }
+
+    /// The tape as a bus on `image`.
+    pub fn bus<'a>(&'a self, image: &'a mut [u8]) -> TapeBus<'a> {
+        TapeBus { tape: self, image }
+    }
+
+    /// The tape as a probe.
+    pub fn probe(&self) -> TapeProbe<'_> {
+        TapeProbe { tape: self }
+    }
+
+    /// What the top-level builder did so far.
+    pub fn top_events(&self) -> TopEvents {
+        self.inner.borrow().top_events
+    }
+
+    /// Moves what was recorded to the end of `events`.
+    pub fn drain(&self, events: &mut VecDeque<Event>) {
+        let mut recorder = self.inner.borrow_mut();
+        recorder.cut();
+        events.append(&mut recorder.events);
+    }
+
+    fn with(&self, record: impl FnOnce(&mut Recorder)) {
+        record(&mut self.inner.borrow_mut());
+    }
+}
+
+impl Recorder {
+    /// Puts the work so far on the tape.
+    fn cut(&mut self) {
+        if self.work > 0 {
+            let work = std::mem::take(&mut self.work);
+            self.events.push_back(Event::Work(work));
+        }
+    }
+
+    fn push(&mut self, event: Event) {
+        self.cut();
+        self.events.push_back(event);
+        let (addr, tally) = match event {
+            Event::Read { addr, bytes } => {
+                (addr, Tally { read_bytes: bytes.into(), reads: 1, ..Tally::default() })
+            }
+            Event::Write { addr, bytes } => {
+                (addr, Tally { write_bytes: bytes.into(), writes: 1, ..Tally::default() })
+            }
+            _ => return,
+        };
+        let holds = |region: &Region| region.base.0 <= addr && addr - region.base.0 < region.size;
+        let name = self.regions.iter().find(|(_, region)| holds(region)).map(|(name, _)| *name);
+        let stage = if self.top { Stage::TopLevel } else { Stage::Emit };
+        let key = (stage, name.map(RegionName::as_str));
+        *self.traffic.tallies.entry(key).or_default() += tally;
+    }
+}
+
+/// See [`Tape::bus`].
+#[derive(Debug)]
+pub struct TapeBus<'a> {
+    tape: &'a Tape,
+    image: &'a mut [u8],
+}
+
+/// An access outside the memory image.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct OutOfRange;
+
+impl Bus for TapeBus<'_> {
+    type Error = OutOfRange;
+
+    fn read(&mut self, addr: ByteAddr, buf: &mut [u8]) -> Result<(), OutOfRange> {
+        let start = addr.0 as usize;
+        let bytes = self.image.get(start..start + buf.len()).ok_or(OutOfRange)?;
+        buf.copy_from_slice(bytes);
+        let bytes = buf.len() as u32;
+        self.tape.with(|tape| tape.push(Event::Read { addr: addr.0, bytes }));
+        Ok(())
+    }
+
+    fn write(&mut self, addr: ByteAddr, bytes: &[u8]) -> Result<(), OutOfRange> {
+        let start = addr.0 as usize;
+        let target = self.image.get_mut(start..start + bytes.len()).ok_or(OutOfRange)?;
+        target.copy_from_slice(bytes);
+        let bytes = bytes.len() as u32;
+        self.tape.with(|tape| tape.push(Event::Write { addr: addr.0, bytes }));
+        Ok(())
+    }
+}
+
+/// See [`Tape::probe`].
+#[derive(Clone, Copy, Debug)]
+pub struct TapeProbe<'a> {
+    tape: &'a Tape,
+}
+
+impl Probe for TapeProbe<'_> {
+    fn stage(&mut self, stage: Stage) {
+        // Merge and emission alternate record by record; they are one time.
+        if stage == Stage::TopLevel {
+            self.tape.with(|tape| {
+                tape.top = true;
+                tape.push(Event::Stage(stage));
+            });
+        }
+    }
+
+    fn emit_push(&mut self, _: usize) {
+        self.tape.with(|tape| tape.work += 1);
+    }
+
+    fn emit_node(&mut self) {
+        self.tape.with(|tape| match tape.sweeps {
+            0 => tape.work += 1,
+            _ => tape.nodes += 1,
+        });
+    }
+
+    fn emit_extend_leaf(&mut self) {
+        self.tape.with(|tape| tape.work += 1);
+    }
+
+    fn ploc_pass(&mut self, _: u32) {
+        self.tape.with(|tape| {
+            if tape.passes > 0 {
+                tape.work += tape.sweeps * PlocTiming::default().distance_latency;
+                tape.push(Event::Barrier);
+            }
+            tape.passes += 1;
+        });
+    }
+
+    fn ploc_leaf(&mut self, _: u32) {
+        self.tape.with(|tape| tape.leaves += 1);
+    }
+
+    fn ploc_beat(&mut self) {
+        let PlocTiming { node_interval, leaf_interval, .. } = PlocTiming::default();
+        self.tape.with(|tape| {
+            let nodes = std::mem::take(&mut tape.nodes);
+            let leaves = std::mem::take(&mut tape.leaves);
+            tape.work += 1.max(nodes * node_interval).max(leaves * leaf_interval);
+        });
+    }
+
+    fn top_cell(&mut self) {
+        self.tape.with(|tape| tape.top_events.top_cell());
+    }
+
+    fn top_coarsen(&mut self, cells: usize) {
+        self.tape.with(|tape| tape.top_events.top_coarsen(cells));
+    }
+
+    fn top_sweep(&mut self, cells: usize) {
+        self.tape.with(|tape| {
+            tape.top_events.top_sweep(cells);
+            tape.work += cells as u64 + SweepUnit::PAPER.plane_cycles;
+        });
+    }
+}
+
+/// Plays a tape on the clock.
+#[derive(Debug)]
+pub struct Player {
+    /// What is left of the tape.
+    pub events: VecDeque<Event>,
+    busy: u64,
+    /// Bursts on their way out, first byte to send next and end.
+    writes: VecDeque<(u32, u32)>,
+    /// Lines that reads ahead may ask for.
+    room: u32,
+    /// Lines asked for that have not come, and whether they have: from the front read on.
+    asked: VecDeque<(u32, bool)>,
+}
+
+/// Bursts that wait in the write ports: one of nodes, one of leaf table entries, one of a list.
+const WRITE_BURSTS: usize = 3;
+
+impl Player {
+    /// A player that reads `room` lines ahead.
+    pub fn new(room: u32) -> Self {
+        let (events, writes, asked) = Default::default();
+        Self { events, busy: 0, writes, room, asked }
+    }
+
+    /// Whether everything has been played and sent.
+    pub fn is_done(&self) -> bool {
+        self.is_idle() && self.writes.is_empty()
+    }
+
+    /// Whether everything has been played.
+    pub fn is_idle(&self) -> bool {
+        self.events.is_empty() && self.busy == 0
+    }
+
+    /// Runs one cycle; tells whether a unit worked, and which stage began.
+    pub fn tick(&mut self) -> (bool, Option<Stage>) {
+        let mut stage = None;
+        while self.busy == 0 {
+            match self.events.front().copied() {
+                Some(Event::Work(cycles)) => self.busy = cycles,
+                Some(Event::Write { addr, bytes }) if self.writes.len() < WRITE_BURSTS => {
+                    self.writes.push_back((addr / LINE_BYTES * LINE_BYTES, addr + bytes));
+                }
+                Some(Event::Read { addr, bytes }) if self.has(addr, bytes) => {}
+                Some(Event::Barrier) if self.writes.is_empty() => {}
+                Some(Event::Stage(next)) => stage = Some(next),
+                _ => return (false, stage),
+            }
+            self.events.pop_front();
+        }
+        self.busy -= 1;
+        (true, stage)
+    }
+
+    /// Takes the lines of a burst, if all have come.
+    fn has(&mut self, addr: u32, bytes: u32) -> bool {
+        let lines = lines(addr, bytes).len();
+        let here = self.asked.len() >= lines && self.asked.iter().take(lines).all(|line| line.1);
+        if here {
+            self.asked.drain(..lines);
+        }
+        here
+    }
+
+    /// The line to read next.
+    pub fn read(&self) -> Option<u32> {
+        if self.asked.len() >= self.room as usize {
+            return None;
+        }
+        let ahead = self.events.iter().take_while(|event| **event != Event::Barrier);
+        let reads = ahead.filter_map(|event| match *event {
+            Event::Read { addr, bytes } => Some(lines(addr, bytes)),
+            _ => None,
+        });
+        reads.flatten().nth(self.asked.len()).map(|line| line * LINE_BYTES)
+    }
+
+    /// The line offered to read was taken.
+    pub fn read_taken(&mut self, addr: u32) {
+        self.asked.push_back((addr, false));
+    }
+
+    /// A line has come.
+    pub fn arrive(&mut self, addr: u32) {
+        if let Some(line) = self.asked.iter_mut().find(|line| **line == (addr, false)) {
+            line.1 = true;
+        }
+    }
+
+    /// The line to write next.
+    pub fn write(&self) -> Option<Access> {
+        self.writes.front().map(|&(addr, _)| Access { addr, write: true, tag: 0 })
+    }
+
+    /// The line offered to write was taken.
+    pub fn write_taken(&mut self) {
+        if let Some((addr, end)) = self.writes.front_mut() {
+            *addr += LINE_BYTES;
+            if *addr >= *end {
+                self.writes.pop_front();
+            }
+        }
+    }
+}
+
+/// The lines that a burst touches.
+fn lines(addr: u32, bytes: u32) -> std::ops::Range<u32> {
+    addr / LINE_BYTES..(addr + bytes).div_ceil(LINE_BYTES)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Plays until done, with a memory that answers after `latency` cycles; gives the cycles.
+    fn play(events: &[Event], room: u32, latency: u64) -> u64 {
+        let mut player = Player::new(room);
+        player.events = events.iter().copied().collect();
+        let mut flying = VecDeque::new();
+        for now in 0..10_000 {
+            if player.is_done() {
+                return now;
+            }
+            while flying.front().is_some_and(|&(at, _)| at <= now) {
+                player.arrive(flying.pop_front().unwrap().1);
+            }
+            player.tick();
+            if let Some(addr) = player.read() {
+                player.read_taken(addr);
+                flying.push_back((now + latency, addr));
+            }
+            if player.write().is_some() {
+                player.write_taken();
+            }
+        }
+        panic!("the tape does not end");
+    }
+
+    #[test]
+    fn work_takes_its_cycles_and_writes_go_beside_it() {
+        assert_eq!(play(&[Event::Work(10)], 4, 5), 10);
+        let write = Event::Write { addr: 0, bytes: 512 };
+        assert_eq!(play(&[Event::Work(3), write, Event::Work(9)], 4, 5), 12);
+        // Eight lines a burst; the fourth burst waits until the first has left.
+        assert_eq!(play(&[write; 5], 4, 5), 5 * 8);
+    }
+
+    #[test]
+    fn a_read_takes_the_latency_unless_it_was_asked_for_ahead() {
+        let read = |addr| Event::Read { addr, bytes: 64 };
+        let ahead = [Event::Work(20), read(0), Event::Work(1)];
+        assert_eq!(play(&ahead, 4, 10), 21);
+        assert_eq!(play(&ahead[1..], 4, 10), 11);
+        let in_turn = [read(0), Event::Barrier, read(64), Event::Work(1)];
+        assert_eq!(play(&in_turn, 4, 10), 21);
+        assert_eq!(play(&[read(0), read(64), Event::Work(1)], 1, 10), 21);
+    }
+
+    #[test]
+    fn a_recording_has_the_bursts_with_the_work_between_them() {
+        let tape = Tape::new(0, &BuildRegions::default());
+        let mut image = vec![0; 128];
+        let mut probe = tape.probe();
+        probe.emit_push(1);
+        probe.emit_node();
+        tape.bus(&mut image).write(ByteAddr(64), &[7; 64]).unwrap();
+        probe.top_sweep(5);
+        tape.bus(&mut image).read(ByteAddr(64), &mut [0; 32]).unwrap();
+        assert!(tape.bus(&mut image).read(ByteAddr(100), &mut [0; 32]).is_err());
+        let mut events = VecDeque::new();
+        tape.drain(&mut events);
+        let expect = [
+            Event::Work(2),
+            Event::Write { addr: 64, bytes: 64 },
+            Event::Work(37),
+            Event::Read { addr: 64, bytes: 32 },
+        ];
+        assert_eq!(events, expect);
+        assert_eq!(image[64], 7);
+    }
+}
