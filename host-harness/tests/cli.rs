@@ -632,7 +632,7 @@ fn sizes_of_the_clocked_builder_need_it_and_it_says_what_it_cannot_do() {
         (&["--engine", "cycle", "--format", "cbvh"], "64-byte nodes"),
         (&["--engine", "cycle", "--record", "pair8"], "32-byte boxes"),
         (&["--engine", "cycle", "--burst", "1"], "at least 2 records"),
-        (&["--engine", "cycle", "--emitter", "ploc"], "function engine"),
+        (&["--engine", "cycle", "--top-level", "atrbvh"], "function engine"),
     ];
     for (options, message) in refused {
         place.run(&[&["build", "terrain:4"], options].concat()).fails_with(2, &[message]);
