@@ -15,6 +15,7 @@ pub mod fault;
 pub mod heap;
 pub mod mergetree;
 pub mod multimerge;
+pub mod player;
 pub mod ploc;
 pub mod port;
 pub mod reader;

@@ -10,8 +10,9 @@ use xylem_core::sort::Item;
 use xylem_core::toplevel::TopLevel;
 
 use super::emitter::{Did, EmitterUnit};
+use super::player::Player;
 use super::port::{Access, PortError};
-use super::tape::{OutOfRange, Player, Tape};
+use super::tape::{OutOfRange, Tape};
 use super::toplevel::TopEvents;
 use super::writer::Writer;
 use crate::bus::Traffic;

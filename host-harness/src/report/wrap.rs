@@ -3,7 +3,7 @@
 /// The widest line that is printed, in columns.
 const COLUMNS: usize = 100;
 
-/// Breaks lines at spaces so that none exceeds [`COLUMNS`]; what follows is indented by `hanging`.
+/// Breaks lines at spaces so that none exceeds `COLUMNS`; what follows is indented by `hanging`.
 pub fn wrap(text: &str, hanging: usize) -> String {
     let mut wrapped = String::with_capacity(text.len() + 16);
     for line in text.lines() {
