@@ -96,3 +96,10 @@ pub struct Tree {
     /// Where the leaf table is.
     pub leaf_table: Region,
 }
+
+impl Tree {
+    /// The tree of no primitives, with room for one in `nodes` and `leaf_table`.
+    pub const fn empty(format: NodeFormat, nodes: Region, leaf_table: Region) -> Self {
+        Self { format, root: None, node_count: 0, leaf_count: 0, entry_count: 0, nodes, leaf_table }
+    }
+}

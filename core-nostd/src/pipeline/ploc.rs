@@ -77,15 +77,7 @@ impl PlocWriter {
             outputs: Outputs {
                 nodes: port(regions.nodes, RegionName::Nodes),
                 leaf_table: port(regions.leaf_table, RegionName::LeafTable),
-                tree: Tree {
-                    format: NodeFormat::Bvh2,
-                    root: None,
-                    node_count: 0,
-                    leaf_count: 0,
-                    entry_count: 0,
-                    nodes: regions.nodes,
-                    leaf_table: regions.leaf_table,
-                },
+                tree: Tree::empty(NodeFormat::Bvh2, regions.nodes, regions.leaf_table),
                 list: lists.writer(),
                 on_chip: false,
                 clusters: 0,

@@ -48,15 +48,7 @@ impl<'a> TreeWriter<'a> {
                 held: Deque::new(),
                 delay: config.join_leaves as usize,
             },
-            tree: Tree {
-                format: NodeFormat::Bvh2,
-                root: None,
-                node_count: 0,
-                leaf_count: 0,
-                entry_count: 0,
-                nodes: regions.nodes,
-                leaf_table: regions.leaf_table,
-            },
+            tree: Tree::empty(NodeFormat::Bvh2, regions.nodes, regions.leaf_table),
         }
     }
 

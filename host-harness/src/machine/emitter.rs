@@ -48,15 +48,7 @@ impl EmitterUnit {
             emitter: Emitter::new(config.max_leaf_size),
             nodes: writer(regions.nodes, RegionName::Nodes),
             leaf_table: writer(regions.leaf_table, RegionName::LeafTable),
-            tree: Tree {
-                format: NodeFormat::Bvh2,
-                root: None,
-                node_count: 0,
-                leaf_count: 0,
-                entry_count: 0,
-                nodes: regions.nodes,
-                leaf_table: regions.leaf_table,
-            },
+            tree: Tree::empty(NodeFormat::Bvh2, regions.nodes, regions.leaf_table),
             ended: false,
             finished: false,
         }
