@@ -4,14 +4,15 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
-use xylem_core::geom::Triangle;
+use xylem_core::geom::{Aabb, Triangle};
 
 use super::ExperimentError;
 use super::outcome::Missing;
 use super::scenes::PaperScene;
-use crate::baseline::{SweepLeaves, sweep};
+use crate::baseline::{DoyleModel, DoyleTraffic, SweepLeaves, binned, sweep};
 use crate::bus::Traffic;
-use crate::run::{self, BuildOptions, ClockedRun};
+use crate::machine::toplevel::TopEvents;
+use crate::run::{self, BuildOptions, ClockedRun, MemoryRun};
 use crate::scene::{self, LoadOptions, Mesh, SceneError};
 
 /// Where experiments are made.
@@ -20,6 +21,7 @@ pub struct Lab<'a> {
     meshes: Kept<(&'static str, Option<Arc<Mesh>>)>,
     builds: Kept<(Arc<Mesh>, BuildOptions, Arc<Built>)>,
     sweeps: Kept<(Arc<Mesh>, f64)>,
+    binned: Kept<(Arc<Mesh>, BinnedSah)>,
 }
 
 /// What was made, in no order: there are tens of them at most.
@@ -43,10 +45,42 @@ pub struct Built {
     pub leaves: u64,
     /// Traffic by stage and region.
     pub traffic: Traffic,
+    /// What the top-level builder did.
+    pub top: TopEvents,
     /// The SAH cost.
     pub sah_cost: f64,
     /// The clock's side of it, if a machine built.
     pub clocked: Option<ClockedRun>,
+}
+
+/// A binned SAH tree over all primitives.
+#[derive(Debug, Clone, Copy)]
+pub struct BinnedSah {
+    /// Its SAH cost.
+    pub sah_cost: f64,
+    /// What the hardware for it moves: **modelled**.
+    pub traffic: DoyleTraffic,
+}
+
+impl BinnedSah {
+    /// The traffic in MiB.
+    pub fn mib(&self) -> f64 {
+        self.traffic.bytes() as f64 / f64::from(1 << 20)
+    }
+}
+
+impl Built {
+    /// The time on the clock and `more` cycles, in milliseconds: **modelled**; 0 without a clock.
+    pub fn milliseconds(&self, more: u64) -> f64 {
+        self.clocked.as_ref().map_or(0.0, |run| {
+            run.milliseconds() + more as f64 / (f64::from(run.config.clock_mhz) * 1e3)
+        })
+    }
+
+    /// What the memory behind the clock did.
+    pub fn memory(&self) -> Option<&MemoryRun> {
+        self.clocked.as_ref()?.memory.as_ref()
+    }
 }
 
 impl<'a> Lab<'a> {
@@ -57,6 +91,7 @@ impl<'a> Lab<'a> {
             meshes: Mutex::default(),
             builds: Mutex::default(),
             sweeps: Mutex::default(),
+            binned: Mutex::default(),
         }
     }
 
@@ -86,7 +121,10 @@ impl<'a> Lab<'a> {
     }
 
     /// A mesh, or `None` if no folder has one of that name.
-    fn mesh(&self, name: &'static str) -> Result<Option<Arc<Mesh>>, ExperimentError> {
+    ///
+    /// # Errors
+    /// [`ExperimentError::Scene`].
+    pub fn mesh(&self, name: &'static str) -> Result<Option<Arc<Mesh>>, ExperimentError> {
         if let Some((_, mesh)) = lock(&self.meshes).iter().find(|(known, _)| *known == name) {
             return Ok(mesh.clone());
         }
@@ -141,6 +179,7 @@ impl<'a> Lab<'a> {
             primitives: mesh.triangles.len() as u64,
             leaves: u64::from(run.scene.tree.leaf_count),
             traffic: run.traffic,
+            top: run.top,
             sah_cost: quality.sah_cost().to_num(),
             clocked: run.clocked,
         });
@@ -149,17 +188,43 @@ impl<'a> Lab<'a> {
         Ok(built)
     }
 
-    /// The SAH cost of the full sweep over a mesh: the measure of the other costs (P2 §6).
-    pub fn sweep_cost(&self, mesh: &Arc<Mesh>) -> f64 {
-        let known = lock(&self.sweeps).iter().find(|(m, _)| Arc::ptr_eq(m, mesh)).map(|(_, c)| *c);
-        known.unwrap_or_else(|| {
-            (self.progress)(&format!("sweeping {}", mesh.name));
-            let boxes: Vec<_> = mesh.triangles.iter().map(Triangle::bounds).collect();
-            let cost = sweep(&boxes, SweepLeaves::Sah).sah_cost().to_num();
-            lock(&self.sweeps).push((Arc::clone(mesh), cost));
-            cost
-        })
+    /// The SAH costs of full sweeps: the measure of the other costs (P2 §6).
+    pub fn sweep_costs(&self, scenes: &[Loaded]) -> Vec<f64> {
+        let cost = |loaded: &Loaded| {
+            kept(&self.sweeps, &loaded.mesh, || {
+                (self.progress)(&format!("sweeping {}", loaded.mesh.name));
+                sweep(&boxes(&loaded.mesh), SweepLeaves::Sah).sah_cost().to_num()
+            })
+        };
+        scenes.iter().map(cost).collect()
     }
+
+    /// Binned SAH of 16 bins over all primitives, and its traffic by P2 §6.1.
+    pub fn binned(&self, scenes: &[Loaded]) -> Vec<BinnedSah> {
+        let build = |loaded: &Loaded| {
+            kept(&self.binned, &loaded.mesh, || {
+                (self.progress)(&format!("binned SAH of {}", loaded.mesh.name));
+                let tree = binned(&boxes(&loaded.mesh), 16);
+                let traffic = DoyleModel::PAPER.traffic(&tree);
+                BinnedSah { sah_cost: tree.sah_cost().to_num(), traffic }
+            })
+        };
+        scenes.iter().map(build).collect()
+    }
+}
+
+fn boxes(mesh: &Mesh) -> Vec<Aabb> {
+    mesh.triangles.iter().map(Triangle::bounds).collect()
+}
+
+/// What was kept of a mesh, or what `make` makes.
+fn kept<T: Copy>(kept: &Kept<(Arc<Mesh>, T)>, mesh: &Arc<Mesh>, make: impl FnOnce() -> T) -> T {
+    let known = lock(kept).iter().find(|(m, _)| Arc::ptr_eq(m, mesh)).map(|(_, made)| *made);
+    known.unwrap_or_else(|| {
+        let made = make();
+        lock(kept).push((Arc::clone(mesh), made));
+        made
+    })
 }
 
 impl fmt::Debug for Lab<'_> {

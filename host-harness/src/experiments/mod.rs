@@ -10,14 +10,26 @@
 
 mod lab;
 mod outcome;
+mod p1_fig4;
+mod p1_fig5;
+mod p1_table1;
+mod p1_table2;
+mod p1_table3;
+mod p2_fig6;
+mod p2_table1;
+mod p2_table2;
+mod p2_table3;
 mod p2_table6;
+mod p2_table7;
 pub mod paper;
 pub mod scenes;
+mod setup;
+mod utilisation;
 
 use crate::run::RunError;
 use crate::scene::SceneError;
 
-pub use lab::{Built, Lab, Loaded};
+pub use lab::{BinnedSah, Built, Lab, Loaded};
 pub use outcome::{Chart, Column, Missing, Outcome, Row, Table, Value};
 
 /// A published table or figure that can be made again.
@@ -35,7 +47,23 @@ pub struct Experiment {
 }
 
 /// All experiments, in the papers' order.
-pub const EXPERIMENTS: &[Experiment] = &[p2_table6::EXPERIMENT];
+pub const EXPERIMENTS: &[Experiment] = &[
+    p1_table1::EXPERIMENT,
+    p1_table2::EXPERIMENT,
+    p1_table3::EXPERIMENT,
+    p1_fig4::EXPERIMENT,
+    p1_fig5::EXPERIMENT,
+    p2_table1::EXPERIMENT,
+    p2_table2::EXPERIMENT,
+    p2_table3::EXPERIMENT,
+    p2_table6::EXPERIMENT,
+    p2_table7::EXPERIMENT,
+    p2_fig6::EXPERIMENT,
+];
+
+/// What [`DoyleModel::PAPER`](crate::baseline::DoyleModel::PAPER) is, in words.
+const DOYLE_MODEL: &str = "Binned SAH hardware: P2 §6.1's model of it, 8192 boxes of 28 bytes on \
+                           chip, over a binned SAH tree of 16 bins.";
 
 /// Why an experiment stopped. A model that is not there stops none.
 #[derive(Debug, thiserror::Error)]

@@ -3,8 +3,8 @@
 use serde::Serialize;
 use serde::ser::SerializeMap;
 
-use super::Experiment;
 use super::scenes::{PaperScene, PaperTriangles};
+use super::{Experiment, ExperimentError, Lab, Loaded};
 use crate::report::html::Source;
 use crate::report::timeline::Timeline;
 
@@ -120,6 +120,21 @@ impl Outcome {
             missing: Vec::new(),
             nothing_at_hand: false,
         }
+    }
+
+    /// Those of `scenes` that are at hand; the others are noted as missing.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Scene`].
+    pub fn scenes(
+        &mut self,
+        lab: &Lab<'_>,
+        scenes: &[&'static PaperScene],
+    ) -> Result<Vec<Loaded>, ExperimentError> {
+        let (here, missing) = lab.scenes(scenes)?;
+        self.missing.extend(missing);
+        self.nothing_at_hand = here.is_empty();
+        Ok(here)
     }
 
     /// The value in the first table of a row and a column, by their names.
