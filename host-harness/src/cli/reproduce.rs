@@ -71,13 +71,16 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     spinner.finish_and_clear();
 
     let page = out.as_ref().map(|out| out.join("index.html"));
-    let report =
-        ReproduceReport { version: env!("CARGO_PKG_VERSION"), experiments, report: page.clone() };
+    let report = ReproduceReport {
+        version: env!("CARGO_PKG_VERSION"),
+        experiments,
+        host_s: start.elapsed().as_secs_f64(),
+        report: page.clone(),
+    };
     if let (Some(out), Some(page)) = (&out, &page) {
         write(&report, out, page)?;
     }
     console.result(&report, || report.to_string())?;
-    console.note(&format!("done in {:.1} s", start.elapsed().as_secs_f64()));
     match report.without_models().as_slice() {
         [] => Ok(()),
         ids => Err(CliError::NoModels { ids: ids.join(", ") }),

@@ -12,7 +12,7 @@ use super::scenes::PaperScene;
 use crate::baseline::{DoyleModel, DoyleTraffic, SweepLeaves, binned, sweep};
 use crate::bus::Traffic;
 use crate::machine::toplevel::TopEvents;
-use crate::run::{self, BuildOptions, ClockedRun, MemoryRun};
+use crate::run::{self, BuildOptions, ClockedRun};
 use crate::scene::{self, LoadOptions, Mesh, SceneError};
 
 /// Where experiments are made.
@@ -70,16 +70,9 @@ impl BinnedSah {
 }
 
 impl Built {
-    /// The time on the clock and `more` cycles, in milliseconds: **modelled**; 0 without a clock.
-    pub fn milliseconds(&self, more: u64) -> f64 {
-        self.clocked.as_ref().map_or(0.0, |run| {
-            run.milliseconds() + more as f64 / (f64::from(run.config.clock_mhz) * 1e3)
-        })
-    }
-
-    /// What the memory behind the clock did.
-    pub fn memory(&self) -> Option<&MemoryRun> {
-        self.clocked.as_ref()?.memory.as_ref()
+    /// The time on the clock in milliseconds: **modelled**; 0 without a clock.
+    pub fn milliseconds(&self) -> f64 {
+        self.clocked.as_ref().map_or(0.0, ClockedRun::milliseconds)
     }
 }
 

@@ -1,7 +1,5 @@
 //! P1 Fig. 4: how busy the units are over time at 16 GB/s.
 
-use xylem_core::toplevel::Bins;
-
 use super::paper::p1;
 use super::utilisation::{self, Trace};
 use super::{Experiment, ExperimentError, Lab, Outcome, scenes, setup};
@@ -16,17 +14,16 @@ pub const EXPERIMENT: Experiment = Experiment {
 };
 
 fn run(lab: &Lab<'_>, outcome: &mut Outcome) -> Result<(), ExperimentError> {
-    let machine = setup::p1();
     let trace = Trace {
         name: "16 GB/s",
-        options: setup::clocked(machine, "p1-16"),
+        options: setup::clocked(setup::p1(), "p1-16"),
         paper_bus: Some(p1::BUS_PERCENT[0]),
     };
     for scene in outcome.scenes(lab, &[&scenes::SIBENIK])? {
-        let top = setup::with_binned(machine.build, Bins::Eight);
-        utilisation::draw(lab, outcome, &scene, std::slice::from_ref(&trace), &top)?;
+        utilisation::draw(lab, outcome, &scene, std::slice::from_ref(&trace))?;
     }
-    outcome.configuration.extend([setup::P1_MACHINE.to_owned(), setup::P1_MEMORIES.to_owned()]);
+    let configuration = [setup::P1_MACHINE, setup::P1_MEMORIES, setup::TOP_LEVEL];
+    outcome.configuration.extend(configuration.map(str::to_owned));
     outcome.notes.push(
         "P1: most of the time is the multi-merge, limited by memory, with the heap at less than a third \
          of what it can do, which is 50 % here; partial sorts alternate between sorters and heap."

@@ -15,17 +15,18 @@ pub const EXPERIMENT: Experiment = Experiment {
 };
 
 fn run(lab: &Lab<'_>, outcome: &mut Outcome) -> Result<(), ExperimentError> {
-    let machine = setup::p2();
+    let mut machine = setup::p2();
+    machine.build = setup::with_binned(machine.build, Bins::Sixteen);
     let traces = setup::MEMORIES.map(|name| Trace {
         name,
         options: setup::clocked(machine, name),
         paper_bus: None,
     });
     for scene in outcome.scenes(lab, &[&scenes::SIBENIK])? {
-        let top = setup::with_binned(machine.build, Bins::Sixteen);
-        utilisation::draw(lab, outcome, &scene, &traces, &top)?;
+        utilisation::draw(lab, outcome, &scene, &traces)?;
     }
-    outcome.configuration.extend([setup::P2_MACHINE.to_owned(), setup::P2_MEMORIES.to_owned()]);
+    let configuration = [setup::P2_MACHINE, setup::P2_MEMORIES, setup::TOP_LEVEL];
+    outcome.configuration.extend(configuration.map(str::to_owned));
     outcome.notes.push(
         "P2: limited by bandwidth on the slow bus; on the fast one by latencies and the rates of the \
          units, in the partial sorts above all. Multi-merge and emitter cap at 50 %, the emitter but \

@@ -21,6 +21,10 @@ pub const P2_MACHINE: &str = "Machine: M = 8192, B = 16, eight insertion sorters
 pub const P2_MEMORIES: &str = "Memory: slow is 1 x 64 bit LPDDR3-1600 (12.8 GB/s), medium 2 x (25.6), \
                                fast 4 x LPDDR3-1333 (42.7), clock by clock.";
 
+/// The papers' top level on the clock, in words.
+pub const TOP_LEVEL: &str = "Top level: binned SAH over at most 2048 cells of a 32^3 grid, one cell a \
+                             cycle and 32 cycles after each sweep, after the rest (P1 §4.5).";
+
 /// P2's memories.
 pub const MEMORIES: [&str; 3] = ["slow", "medium", "fast"];
 
@@ -31,12 +35,12 @@ pub fn clocked(machine: MachineConfig, memory: &str) -> BuildOptions {
     BuildOptions { config: machine.build, memory, machine: Some(machine), ..default }
 }
 
-/// P1's build, without its top level.
+/// P1's machine, with its top level of 8 bins (P1 §4.5).
 pub fn p1() -> MachineConfig {
-    MachineConfig::p1(BuildConfig::default())
+    MachineConfig::p1(with_binned(BuildConfig::default(), Bins::Eight))
 }
 
-/// P2's build, without a top level.
+/// P2's machine, without a top level.
 pub fn p2() -> MachineConfig {
     MachineConfig::p2(BuildConfig::default())
 }
@@ -51,24 +55,24 @@ pub fn function(config: BuildConfig) -> BuildOptions {
 pub const PAPER_CELLS: CellConfig = CellConfig { capacity: 2048, bits: 15 };
 
 /// A build with the papers' binned SAH top level.
-pub fn with_binned(config: BuildConfig, bins: Bins) -> BuildOptions {
+pub fn with_binned(config: BuildConfig, bins: Bins) -> BuildConfig {
     let top_level = TopLevel::Binned(Binned { bins });
-    function(BuildConfig { top_level, cells: PAPER_CELLS, ..config })
+    BuildConfig { top_level, cells: PAPER_CELLS, ..config }
 }
 
 /// A build with P2's ATRBVH top level: treelets of eight, two iterations, over the Morton order.
-pub fn with_atrbvh(config: BuildConfig) -> BuildOptions {
+pub fn with_atrbvh(config: BuildConfig) -> BuildConfig {
     let atrbvh = Atrbvh { treelet: 8, iterations: 2, start: None };
-    function(BuildConfig { top_level: TopLevel::Atrbvh(atrbvh), cells: PAPER_CELLS, ..config })
+    BuildConfig { top_level: TopLevel::Atrbvh(atrbvh), cells: PAPER_CELLS, ..config }
 }
 
 /// The same builders with what Xylem adds: a cell buffer as large as the scratchpad, leaves joined up
 /// to four primitives, and ATRBVH started from the binned tree.
-pub fn improved(mut options: BuildOptions) -> BuildOptions {
-    options.config.cells = CellConfig::default();
-    options.config.join_leaves = 4;
-    if let TopLevel::Atrbvh(atrbvh) = &mut options.config.top_level {
+pub fn improved(mut config: BuildConfig) -> BuildConfig {
+    config.cells = CellConfig::default();
+    config.join_leaves = 4;
+    if let TopLevel::Atrbvh(atrbvh) = &mut config.top_level {
         atrbvh.start = Some(Binned::default());
     }
-    options
+    config
 }

@@ -3,7 +3,6 @@
 use super::{Chart, Column, ExperimentError, Lab, Loaded, Outcome, Table, Value};
 use crate::machine::activity::{Activity, Unit};
 use crate::machine::port::LINE_BYTES;
-use crate::machine::toplevel::SweepUnit;
 use crate::report::html::Source;
 use crate::report::timeline::{Panel, Timeline};
 use crate::run::{BuildOptions, ClockedRun};
@@ -20,18 +19,18 @@ pub struct Trace {
     pub paper_bus: Option<f64>,
 }
 
-const COLUMNS: [Column; 5] = [
+const COLUMNS: [Column; 6] = [
     Column::new("ms", "ms", Source::Modelled).places(3),
     Column::new("bus_percent", "bus %", Source::Modelled).places(1),
     Column::new("sorters_percent", "sorters %", Source::Modelled).places(1),
     Column::new("multi_merge_percent", "multi-merge %", Source::Modelled).places(1),
     Column::new("emitter_percent", "emitter %", Source::Modelled).places(1),
+    Column::new("top_level_percent", "top level %", Source::Modelled).places(1),
 ];
 
-const UNITS: [Unit; 3] = [Unit::Sorters, Unit::MultiMerge, Unit::Emitter];
+const UNITS: [Unit; 4] = [Unit::Sorters, Unit::MultiMerge, Unit::Emitter, Unit::TopLevel];
 
-/// Builds a scene on the clock for each trace, with the top level of `top` after it, and adds a table
-/// of the phases and a chart.
+/// Builds a scene on the clock for each trace and adds a table of the phases and a chart.
 ///
 /// # Errors
 /// [`ExperimentError::Build`].
@@ -40,28 +39,19 @@ pub fn draw(
     outcome: &mut Outcome,
     scene: &Loaded,
     traces: &[Trace],
-    top: &BuildOptions,
 ) -> Result<(), ExperimentError> {
-    let options: Vec<_> = traces.iter().map(|trace| trace.options).chain([*top]).collect();
+    let options: Vec<_> = traces.iter().map(|trace| trace.options).collect();
     let builds = lab.builds(std::slice::from_ref(scene), &options)?;
-    let Some((top, clocked)) = builds.first().and_then(|row| row.split_last()) else {
-        return Ok(());
-    };
-    let top_cycles = SweepUnit::PAPER.cycles(&top.top);
     let name = scene.scene.name;
     let mut table = Table::new(format!("{name} by phases"), "phase", COLUMNS);
     let mut timeline = Timeline {
-        lines: ["memory bus"]
-            .into_iter()
-            .chain(UNITS.map(Unit::name))
-            .chain([Unit::TopLevel.name()])
-            .collect(),
+        lines: ["memory bus"].into_iter().chain(UNITS.map(Unit::name)).collect(),
         panels: Vec::new(),
     };
-    for (trace, built) in traces.iter().zip(clocked) {
+    for (trace, built) in traces.iter().zip(builds.iter().flatten()) {
         let Some(run) = &built.clocked else { continue };
-        add_rows(&mut table, trace, run, top_cycles);
-        timeline.panels.push(panel(trace, run, top_cycles));
+        add_rows(&mut table, trace, run);
+        timeline.panels.push(panel(trace, run));
     }
     outcome.tables.push(table);
     outcome.charts.push(Chart {
@@ -72,49 +62,40 @@ pub fn draw(
         ),
         timeline,
     });
-    outcome.configuration.push(format!(
-        "Top level: binned SAH over {} cells, one cell a cycle and 32 cycles after each sweep, after \
-         the rest.",
-        top.top.cells
-    ));
     Ok(())
 }
 
-fn add_rows(table: &mut Table, trace: &Trace, run: &ClockedRun, top_cycles: u64) {
-    let sorted = run.machine.traffic.stage(Stage::PartialSort).millicycles / 1000;
-    let (end, mhz) = (run.machine.cycles, run.config.clock_mhz);
-    let ms = |cycles: u64| cycles as f64 / (f64::from(mhz) * 1e3);
-    let mut phase = |what: &str, cycles: std::ops::Range<u64>| {
-        let bus = mean(&bus(run), run.machine.activity.window(), &cycles);
-        let of = |unit| Value::ours(100.0 * unit_mean(&run.machine.activity, unit, &cycles));
-        let [sorters, merge, emitter] = UNITS.map(of);
-        let time = Value::ours(ms(cycles.end - cycles.start));
-        let values = [time, Value::ours(100.0 * bus), sorters, merge, emitter];
+fn add_rows(table: &mut Table, trace: &Trace, run: &ClockedRun) {
+    let machine = &run.machine;
+    let cycles = |stage| machine.traffic.stage(stage).millicycles / 1000;
+    let ms = |cycles: u64| cycles as f64 / (f64::from(run.config.clock_mhz) * 1e3);
+    let sorted = cycles(Stage::PartialSort);
+    let merged = machine.cycles - cycles(Stage::TopLevel);
+    let bus = bus(run);
+    for (what, range) in [
+        ("partial sorts", 0..sorted),
+        ("multi-merge", sorted..merged),
+        ("top level", merged..machine.cycles),
+        ("whole build", 0..machine.cycles),
+    ] {
+        let used = 100.0 * mean(&bus, machine.activity.window(), &range);
+        let used = match what {
+            "whole build" => Value::new(run.bus_utilisation().map(|x| 100.0 * x), trace.paper_bus),
+            _ => Value::ours(used),
+        };
+        let of = |unit| Value::ours(100.0 * unit_mean(&machine.activity, unit, &range));
+        let values = [Value::ours(ms(range.end - range.start)), used];
+        let values: Vec<_> = values.into_iter().chain(UNITS.map(of)).collect();
         table.row(format!("{}: {what}", trace.name), values);
-    };
-    phase("partial sorts", 0..sorted);
-    phase("multi-merge", sorted..end);
-    let all = end + top_cycles;
-    let bytes = run.machine.traffic.total().bytes() as f64;
-    let peak = run.memory.as_ref().map(|memory| memory.peak_gb_per_s);
-    let percent = peak.map(|peak| 100.0 * bytes / (ms(all) * 1e6) / peak);
-    table.row(format!("{}: top level", trace.name), [Value::ours(ms(top_cycles))]);
-    let values = [Value::ours(ms(all)), Value::new(percent, trace.paper_bus)];
-    table.row(format!("{}: whole build", trace.name), values);
+    }
 }
 
-fn panel(trace: &Trace, run: &ClockedRun, top_cycles: u64) -> Panel {
+fn panel(trace: &Trace, run: &ClockedRun) -> Panel {
     let activity = &run.machine.activity;
     let mut shares = vec![bus(run)];
     shares.extend(UNITS.map(|unit| activity.shares(unit).collect::<Vec<_>>()));
-    shares.push(vec![0.0; shares[0].len()]);
-    let top_windows = top_cycles.div_ceil(activity.window().max(1)) as usize;
-    let last = shares.len() - 1;
-    for (i, line) in shares.iter_mut().enumerate() {
-        line.extend(std::iter::repeat_n(if i == last { 1.0 } else { 0.0 }, top_windows));
-    }
-    let cycles = (shares[0].len() as u64 * activity.window()) as f64;
-    let milliseconds = cycles / (f64::from(run.config.clock_mhz) * 1e3);
+    let cycles = shares[0].len() as u64 * activity.window();
+    let milliseconds = cycles as f64 / (f64::from(run.config.clock_mhz) * 1e3);
     Panel { title: trace.name.to_owned(), milliseconds, shares }
 }
 

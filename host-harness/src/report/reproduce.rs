@@ -17,6 +17,8 @@ pub struct ReproduceReport {
     pub version: &'static str,
     /// One each, in the order of the papers.
     pub experiments: Vec<Outcome>,
+    /// How long the host took, in seconds: measured.
+    pub host_s: f64,
     /// The page, if one was written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub report: Option<PathBuf>,
@@ -153,9 +155,9 @@ fn triangle_cells(row: &Row) -> [String; 2] {
     [row.triangles.map_or(String::new(), units::count), paper.unwrap_or_default()]
 }
 
-/// The paper's number with the digits that it has.
+/// The paper's number with the digits that it has; a quotient of two has none, and gets two.
 fn plain(n: Option<f64>) -> String {
-    n.map_or(String::new(), |n| n.to_string())
+    n.map_or(String::new(), |n| ((100.0 * n).round() / 100.0).to_string())
 }
 
 fn percent(deviation: f64) -> String {
@@ -189,8 +191,9 @@ impl fmt::Display for ReproduceReport {
                 writeln!(f, "{}", wrap(&format!("  - {note}"), 4))?;
             }
         }
+        writeln!(f, "\nDone in {:.1} s (measured)", self.host_s)?;
         if let Some(report) = &self.report {
-            writeln!(f, "\nPage with tables and charts: {}", report.display())?;
+            writeln!(f, "Page with tables and charts: {}", report.display())?;
         }
         Ok(())
     }

@@ -56,8 +56,6 @@ pub struct Power {
     pub peak_gb_per_s: f64,
     /// What it moved, GB/s.
     pub gb_per_s: f64,
-    /// The builder's logic, mW.
-    pub logic_mw: f64,
     /// The DRAM above an idle one, mW.
     pub dram_mw: f64,
     /// The share of the bus that was used, per cent (§6.3.1).
@@ -66,19 +64,11 @@ pub struct Power {
 
 /// Table VII and §6.3.1: means of 14 scenes.
 pub const TABLE_7: [Power; 3] = [
-    Power {
-        memory: "slow",
-        peak_gb_per_s: 12.8,
-        gb_per_s: 9.2,
-        logic_mw: 58.1,
-        dram_mw: 507.2,
-        bus_percent: 72.0,
-    },
+    Power { memory: "slow", peak_gb_per_s: 12.8, gb_per_s: 9.2, dram_mw: 507.2, bus_percent: 72.0 },
     Power {
         memory: "medium",
         peak_gb_per_s: 25.6,
         gb_per_s: 13.9,
-        logic_mw: 61.8,
         dram_mw: 814.8,
         bus_percent: 54.0,
     },
@@ -86,7 +76,6 @@ pub const TABLE_7: [Power; 3] = [
         memory: "fast",
         peak_gb_per_s: 42.7,
         gb_per_s: 18.9,
-        logic_mw: 62.7,
         dram_mw: 1112.4,
         bus_percent: 44.0,
     },
