@@ -7,6 +7,7 @@ use super::scenes::{PaperScene, PaperTriangles};
 use super::{Experiment, ExperimentError, Lab, Loaded};
 use crate::report::html::Source;
 use crate::report::timeline::Timeline;
+use crate::scene::manifest::{Kind, Manifest};
 
 /// What an experiment found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -225,10 +226,18 @@ impl Column {
 impl Missing {
     /// A model that was not found.
     pub fn new(scene: &PaperScene) -> Self {
+        let fetched = |mesh: &str| {
+            let manifest = Manifest::bundled().ok();
+            manifest.is_some_and(|m| m.get(mesh).is_some_and(|entry| entry.kind == Kind::Fetched))
+        };
         let why = match scene.mesh {
             Some(mesh) => format!(
-                "no mesh '{mesh}'; put {mesh}.obj or {mesh}.obj.gz into a folder of $XYLEM_SCENES, or \
-                 try `scenes/fetch.sh {mesh}`"
+                "no mesh '{mesh}'; {}put {mesh}.obj or {mesh}.obj.gz into a folder of $XYLEM_SCENES",
+                if fetched(mesh) {
+                    format!("run `scenes/fetch.sh {mesh}`, or ")
+                } else {
+                    String::new()
+                }
             ),
             None => "no public package is known to have the paper's version".to_owned(),
         };
