@@ -440,6 +440,15 @@ fn the_soft_core_gives_the_hosts_digest_and_cycles_by_stage() {
     assert_eq!(stages.len(), 5);
     let sum: u64 = stages.iter().map(|stage| whole(stage, "cycles")).sum();
     assert!(sum > 0 && sum < whole(&json, "cycles"));
+    assert!(json.get("cells").is_none());
+    let options = ["--size", "8x6", "--top-level", "atrbvh", "--bins", "8", "--json"];
+    let json = place.run(&[["soc", "cornell"].as_slice(), &options].concat()).json();
+    assert_eq!(json["digest"], json["host_digest"]);
+    assert_eq!((json["top_level"].as_str(), whole(&json, "bins")), (Some("atrbvh"), 8));
+    assert!(whole(&json, "cells") > 1 && whole(&json, "cells") <= whole(&json, "leaves"));
+    let stages = json["stages"].as_array().expect("stages");
+    let top = stages.iter().find(|stage| stage["stage"] == "top_level").expect("its cycles");
+    assert!(whole(top, "cycles") > 0);
     let text = place.run(&["soc", "cornell", "--size", "8x6"]);
     assert!(text.out().contains(": equal"), "{}{}", text.out(), text.message());
     assert!(text.out().lines().all(|line| line.chars().count() <= 100), "{}", text.out());
@@ -470,6 +479,8 @@ fn wrong_usage_exits_with_2_and_says_what_is_right() {
         (&["render", "a.obj", "--out", "a.png", "--size", "4"], "as 640x480"),
         (&["soc", "a.obj", "--engine", "gates"], "[possible values: sim, qemu, picorv32]"),
         (&["soc", "a.obj", "--engine", "qemu", "--memory", "slow"], "--engine sim only"),
+        (&["soc", "a.obj", "--cells", "2049"], "more than the firmware's 2048"),
+        (&["soc", "a.obj", "--emitter", "ploc"], "with --emitter lbvh only"),
         (&["--out", "x", "build", "a.obj"], "belong to the bare `xylem`"),
         (&["bulid"], "build"),
     ];

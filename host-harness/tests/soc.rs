@@ -4,17 +4,21 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use glam::IVec3;
-use object::{Object as _, ObjectSegment as _, ObjectSymbol as _};
+use object::{Object as _, ObjectSegment as _, ObjectSymbol as _, SymbolKind};
 use xylem::soc::{
-    self, Engine, OUTPUTS, Options, Outcome, Report, STAGES, SceneBlob, SocError, firmware_elf,
-    run_on_host,
+    self, Engine, OUTPUTS, Options, Outcome, Output, Report, STAGES, SceneBlob, SocError,
+    firmware_elf, run_on_host,
 };
+use xylem_core::emit::CellConfig;
+use xylem_core::error::{BuildError, ConfigError};
 use xylem_core::geom::{Ray, Triangle};
 use xylem_core::node::NodeFormat;
 use xylem_core::num::{MortonWidth, SubGrid, Time};
 use xylem_core::probe::Stage;
 use xylem_core::sort::{RecordFormat, SortConfig};
+use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
 use xylem_core::traverse::Query;
+use xylem_firmware::job::{JobError, MAX_CELLS};
 
 /// The firmware, or `None` after saying what is missing.
 fn firmware(test: &str) -> Option<PathBuf> {
@@ -90,7 +94,8 @@ fn rays(count: u32, numbers: &mut Numbers) -> Vec<Ray> {
 }
 
 /// Scenes that fit a slow engine: random, regular, and full of equal keys, with sorters that need
-/// several runs and passes, in all formats.
+/// several runs and passes, in all formats; and with all builders of the top of the tree, over few and
+/// many cells.
 fn scenes() -> Vec<(&'static str, SceneBlob)> {
     let numbers = &mut Numbers(1);
     let twins: Vec<Triangle> = soup(20, numbers).into_iter().flat_map(|t| [t; 10]).collect();
@@ -131,7 +136,46 @@ fn scenes() -> Vec<(&'static str, SceneBlob)> {
             },
         ),
         ("one", SceneBlob { triangles: soup(1, numbers), rays: rays(10, numbers), ..base.clone() }),
-        ("empty", SceneBlob { rays: rays(10, numbers), ..base }),
+        ("empty", SceneBlob { rays: rays(10, numbers), ..base.clone() }),
+        (
+            "binned",
+            SceneBlob {
+                format: NodeFormat::QuantizedModulo,
+                sort: sort(64, 4, RecordFormat::Box32),
+                top_level: TopLevel::Binned(Binned { bins: Bins::Eight }),
+                cells: CellConfig { capacity: 64, bits: 20 },
+                join_leaves: 4,
+                triangles: soup(400, numbers),
+                rays: rays(60, numbers),
+                ..base.clone()
+            },
+        ),
+        (
+            "treelets",
+            SceneBlob {
+                morton: MortonWidth::Bits63,
+                sort: sort(64, 4, RecordFormat::Box32),
+                top_level: TopLevel::Atrbvh(Atrbvh::default()),
+                triangles: cloth(14),
+                rays: rays(60, numbers),
+                ..base.clone()
+            },
+        ),
+        (
+            "both",
+            SceneBlob {
+                format: NodeFormat::Bvh2,
+                sort: sort(64, 4, RecordFormat::Pair8),
+                top_level: TopLevel::Atrbvh(Atrbvh {
+                    start: Some(Binned { bins: Bins::Sixteen }),
+                    ..Atrbvh::default()
+                }),
+                cells: CellConfig { capacity: 100, bits: 30 },
+                triangles: soup(200, numbers),
+                rays: rays(60, numbers),
+                ..base
+            },
+        ),
     ]
 }
 
@@ -155,6 +199,8 @@ fn agrees_with_the_host(test: &str, engine: Engine) {
         assert_eq!(Report { cycles: host.cycles, ..report }, host, "{name} on {engine}");
         assert_eq!(report.digest(), host.digest(), "{name} on {engine}");
         assert!(report.cycles.iter().sum::<u64>() > 0, "{name} on {engine}: no cycles counted");
+        let has_top = scene.top_level != TopLevel::None;
+        assert_eq!(top_cycles(&report) > 0, has_top, "{name} on {engine}: {report:?}");
         assert!(!outcome.log.is_empty(), "{name} on {engine}: nothing logged");
         print_cycles(name, &outcome);
         if engine == Engine::PicoRv32 {
@@ -165,17 +211,30 @@ fn agrees_with_the_host(test: &str, engine: Engine) {
     }
 }
 
+/// The cycles of the top-level build.
+fn top_cycles(report: &Report) -> u64 {
+    let top = STAGES.iter().zip(report.cycles).find(|(stage, _)| **stage == Stage::TopLevel);
+    top.expect("a counted stage").1
+}
+
 fn print_cycles(name: &str, outcome: &Outcome) {
     let Outcome { engine, report, time, .. } = outcome;
-    print!("{name:6} on {engine:8}: digest {:08x}", report.digest());
+    print!("{name:8} on {engine:8}: digest {:08x}", report.digest());
     for (stage, cycles) in STAGES.iter().zip(report.cycles) {
         let (count, unit) = match stage {
             Stage::Trace => (report.rays, "ray"),
             _ => (report.primitives, "primitive"),
         };
-        if count > 0 {
+        if count > 0 && cycles > 0 {
             print!(", {stage:?} {} a {unit}", cycles / u64::from(count));
         }
+    }
+    if report.cells > 0 {
+        print!(
+            ", TopLevel {} a cell of {}",
+            top_cycles(report) / u64::from(report.cells),
+            report.cells
+        );
     }
     print!(" ({}; {:.1} s", engine.cycles_are(), time.as_secs_f64());
     if let Some(mips) = outcome.mips() {
@@ -212,6 +271,44 @@ fn another_scene_has_another_digest_in_every_output() {
         assert_ne!(a.crc, b.crc, "{output:?}");
     }
     assert!(soup.hits > 0 && soup.hits < soup.rays, "rays that hit and rays that miss");
+}
+
+#[test]
+fn a_top_level_makes_another_tree_of_the_same_primitives_over_at_most_the_cells_there_are() {
+    let scenes: Vec<_> =
+        scenes().into_iter().filter(|(_, s)| s.top_level != TopLevel::None).collect();
+    assert_eq!(scenes.len(), 3);
+    for (name, scene) in scenes {
+        let joined = on_host(&scene);
+        // Leaves are joined within cells only.
+        let scene = SceneBlob { join_leaves: 0, ..scene };
+        let plain = SceneBlob { top_level: TopLevel::None, ..scene.clone() };
+        let (with, without) = (on_host(&scene), on_host(&plain));
+        assert!(with.cells > 1 && with.cells <= scene.cells.capacity, "{name}: {}", with.cells);
+        assert_eq!(without.cells, 0, "{name}");
+        assert_eq!(joined.leaves < with.leaves, name == "binned", "{name}: joined leaves");
+        for (i, output) in OUTPUTS.iter().enumerate() {
+            let (with, without) = (with.outputs[i], without.outputs[i]);
+            assert_eq!(with.bytes, without.bytes, "{name}: {output:?}");
+            // Neither the order of primitives nor what rays hit depends on the top of the tree.
+            let same = matches!(output, Output::LeafTable | Output::Hits);
+            assert_eq!(with.crc == without.crc, same, "{name}: {output:?}");
+        }
+    }
+}
+
+#[test]
+fn more_cells_than_the_firmware_has_storage_for_are_refused() {
+    let cells = |capacity| CellConfig { capacity, ..CellConfig::default() };
+    let with = |capacity| {
+        let top_level = TopLevel::Binned(Binned::default());
+        let scene = SceneBlob { top_level, cells: cells(capacity), ..SceneBlob::default() };
+        run_on_host(&scene).expect("a scene that fits").map(|report| report.cells)
+    };
+    let error = JobError::Build(BuildError::Config(ConfigError::TopLevel));
+    assert_eq!(with(MAX_CELLS as u32), Ok(0));
+    assert_eq!(with(MAX_CELLS as u32 + 1), Err(error));
+    assert_eq!(with(0), Err(error));
 }
 
 #[test]
@@ -287,7 +384,10 @@ fn a_program_that_crashes_is_told_apart_from_one_that_fails() {
 /// Where in an ELF file the code of a function is whose symbol contains `name`.
 fn file_offset(elf: &[u8], name: &str) -> usize {
     let file = object::File::parse(elf).unwrap();
-    let is_code = |s: &object::Symbol| s.name().is_ok_and(|n| n.contains(name)) && s.size() > 0;
+    // A function's constants may bear its name too.
+    let is_code = |s: &object::Symbol| {
+        s.kind() == SymbolKind::Text && s.name().is_ok_and(|n| n.contains(name)) && s.size() > 0
+    };
     let symbol = file.symbols().find(is_code).unwrap_or_else(|| panic!("no function {name}"));
     let holds =
         |s: &object::Segment| (s.address()..s.address() + s.size()).contains(&symbol.address());

@@ -17,21 +17,31 @@
 //! | 40     | largest leaf in primitives, 1 to 255                                          |
 //! | 44     | number of triangles                                                           |
 //! | 48     | number of rays                                                                |
-//! | 52     | reserved, zero, 12 bytes                                                      |
-//! | 64     | triangles, 40 bytes each ([`Triangle::to_bytes`])                             |
+//! | 52     | top of the tree: 0 as the rest; binned SAH, 1 with 8 bins, 2 with 16; ATRBVH  |
+//! |        | with treelets of eight in two iterations, 3 from the Morton order, 4 from a   |
+//! |        | binned tree with 8 bins, 5 with 16                                            |
+//! | 56     | most cells that it is built over, see [`CellConfig::capacity`]                |
+//! | 60     | Morton bits that cells differ in at first, see [`CellConfig::bits`]           |
+//! | 64     | largest leaf that neighbours are joined to in primitives, 0 for not at all    |
+//! | 68     | reserved, zero, 12 bytes                                                      |
+//! | 80     | triangles, 40 bytes each ([`Triangle::to_bytes`])                             |
 //! | behind | rays, 40 bytes each ([`Ray::to_bytes`])                                       |
 //!
 //! The job's work space is the memory behind the blob, from the next multiple of 64 bytes on. The
-//! parser checks that every word has a meaning; whether the sorter can work with its parameters is
+//! parser checks that every word has a meaning; whether the builder can work with its parameters is
 //! for the core to say.
+//!
+//! Version 2 has the words from byte 52 on; version 1 had none of them, and triangles from byte 64.
 
 use core::fmt;
 
+use xylem_core::emit::CellConfig;
 use xylem_core::geom::{Ray, Triangle};
 use xylem_core::mem::{Bus, Region};
 use xylem_core::node::{MAX_LEAF_SIZE, NodeFormat};
 use xylem_core::num::{Grid, MortonWidth};
 use xylem_core::sort::{RecordFormat, SortConfig};
+use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
 use xylem_core::traverse::Query;
 
 /// The head of a scene blob.
@@ -52,6 +62,12 @@ pub struct Header {
     pub sort: SortConfig,
     /// The largest leaf, in primitives.
     pub max_leaf_size: u32,
+    /// How the top of the tree is built. Only [`TOP_LEVELS`] can be written.
+    pub top_level: TopLevel,
+    /// With a top level, what it is built over.
+    pub cells: CellConfig,
+    /// Neighbouring leaves are joined up to this many primitives.
+    pub join_leaves: u32,
     /// How many triangles follow.
     pub triangles: u32,
     /// How many rays follow those.
@@ -75,6 +91,8 @@ pub enum Setting {
     Record,
     /// The largest leaf.
     MaxLeafSize,
+    /// The top of the tree.
+    TopLevel,
 }
 
 impl Setting {
@@ -87,6 +105,7 @@ impl Setting {
             Self::Query => ("the query", "0 or 1"),
             Self::Record => ("the sorter's record", "0 to 2"),
             Self::MaxLeafSize => ("the largest leaf", "1 to 255"),
+            Self::TopLevel => ("the top of the tree", "0 to 5"),
         }
     }
 }
@@ -174,13 +193,13 @@ pub struct Blob {
 
 impl Header {
     /// Bytes of the header.
-    pub const BYTES: usize = 64;
+    pub const BYTES: usize = 80;
 
     /// The first word of a blob: the bytes `XYLB`.
     pub const MAGIC: u32 = u32::from_le_bytes(*b"XYLB");
 
     /// The version of the format that this module describes.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
 
     /// The header's bytes.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
@@ -198,6 +217,10 @@ impl Header {
             self.max_leaf_size,
             self.triangles,
             self.rays,
+            code_of(&TOP_LEVELS, self.top_level),
+            self.cells.capacity,
+            self.cells.bits,
+            self.join_leaves,
         ];
         let mut bytes = [0; Self::BYTES];
         for (chunk, word) in bytes.chunks_exact_mut(4).zip(words) {
@@ -220,7 +243,7 @@ impl Header {
         if word(1) != Self::VERSION {
             return Err(BlobError::Version { found: word(1) });
         }
-        let unknown = (word(2) & !1) | word(13) | word(14) | word(15);
+        let unknown = (word(2) & !1) | word(17) | word(18) | word(19);
         if unknown != 0 {
             return Err(BlobError::Reserved { found: unknown });
         }
@@ -247,6 +270,9 @@ impl Header {
                 ..SortConfig::PAPER
             },
             max_leaf_size: word(10),
+            top_level: of_code(&TOP_LEVELS, word(13)).ok_or(bad(Setting::TopLevel, 13))?,
+            cells: CellConfig { capacity: word(14), bits: word(15) },
+            join_leaves: word(16),
             triangles: word(11),
             rays: word(12),
         })
@@ -266,6 +292,24 @@ const FORMATS: [NodeFormat; 3] =
 const QUERIES: [Query; 2] = [Query::Closest, Query::Any];
 const RECORDS: [RecordFormat; 3] =
     [RecordFormat::Box32, RecordFormat::Packed22, RecordFormat::Pair8];
+
+/// The builders of the top of the tree that a blob can ask for, by code.
+pub const TOP_LEVELS: [TopLevel; 6] = [
+    TopLevel::None,
+    TopLevel::Binned(EIGHT),
+    TopLevel::Binned(SIXTEEN),
+    TopLevel::Atrbvh(treelets(None)),
+    TopLevel::Atrbvh(treelets(Some(EIGHT))),
+    TopLevel::Atrbvh(treelets(Some(SIXTEEN))),
+];
+
+const EIGHT: Binned = Binned { bins: Bins::Eight };
+const SIXTEEN: Binned = Binned { bins: Bins::Sixteen };
+
+/// P2's treelets.
+const fn treelets(start: Option<Binned>) -> Atrbvh {
+    Atrbvh { treelet: 8, iterations: 2, start }
+}
 
 /// The code of a value. One that has none gets a code that no parser accepts.
 fn code_of<T: PartialEq>(values: &[T], value: T) -> u32 {
@@ -326,6 +370,9 @@ mod tests {
             ..SortConfig::PAPER
         },
         max_leaf_size: 7,
+        top_level: TopLevel::Binned(EIGHT),
+        cells: CellConfig { capacity: 100, bits: 12 },
+        join_leaves: 3,
         triangles: 2,
         rays: 3,
     };
@@ -353,20 +400,20 @@ mod tests {
     fn pieces_follow_each_other_and_work_space_starts_aligned() {
         let blob = parse(HEADER.to_bytes(), 1000).unwrap();
         assert_eq!(blob.header, HEADER);
-        assert_eq!(blob.triangles, Region::new(0x140, 80));
-        assert_eq!(blob.rays, Region::new(0x190, 120));
+        assert_eq!(blob.triangles, Region::new(0x150, 80));
+        assert_eq!(blob.rays, Region::new(0x1a0, 120));
         assert_eq!(blob.work, Region::new(0x100 + 320, 1000 - 320));
     }
 
     #[test]
     fn a_blob_may_fill_memory_but_not_exceed_it() {
-        assert_eq!(parse(HEADER.to_bytes(), 264).unwrap().work.size, 0);
-        let error = BlobError::TooLarge { needed: 264, size: 263 };
-        assert_eq!(parse(HEADER.to_bytes(), 263), Err(error));
+        assert_eq!(parse(HEADER.to_bytes(), 280).unwrap().work.size, 0);
+        let error = BlobError::TooLarge { needed: 280, size: 279 };
+        assert_eq!(parse(HEADER.to_bytes(), 279), Err(error));
         let huge = Header { triangles: u32::MAX, ..HEADER };
         let error = BlobError::TooLarge { needed: u32::MAX, size: 4096 };
         assert_eq!(parse(huge.to_bytes(), 4096), Err(error));
-        assert_eq!(parse([0; 64], 63), Err(BlobError::TooLarge { needed: 64, size: 63 }));
+        assert_eq!(parse([0; 80], 79), Err(BlobError::TooLarge { needed: 80, size: 79 }));
     }
 
     #[test]
@@ -380,7 +427,7 @@ mod tests {
         assert_eq!(with(1, 9), Err(BlobError::Version { found: 9 }));
         assert_eq!(with(2, 0), Ok(Header { machine_traps: false, ..HEADER }));
         assert_eq!(with(2, 2), Err(BlobError::Reserved { found: 2 }));
-        for reserved in [13, 14, 15] {
+        for reserved in [17, 18, 19] {
             assert_eq!(with(reserved, 1), Err(BlobError::Reserved { found: 1 }));
         }
         for (word, value, setting) in [
@@ -392,8 +439,20 @@ mod tests {
             (9, u32::MAX, Setting::Record),
             (10, 0, Setting::MaxLeafSize),
             (10, 256, Setting::MaxLeafSize),
+            (13, 6, Setting::TopLevel),
         ] {
             assert_eq!(with(word, value), Err(BlobError::Setting { setting, found: value }));
         }
+    }
+
+    #[test]
+    fn only_builders_with_a_code_can_be_asked_for() {
+        for top_level in TOP_LEVELS {
+            let header = Header { top_level, ..HEADER };
+            assert_eq!(parse(header.to_bytes(), 4096).map(|blob| blob.header), Ok(header));
+        }
+        let once = TopLevel::Atrbvh(Atrbvh { iterations: 1, ..treelets(None) });
+        let error = BlobError::Setting { setting: Setting::TopLevel, found: u32::MAX };
+        assert_eq!(parse(Header { top_level: once, ..HEADER }.to_bytes(), 4096), Err(error));
     }
 }

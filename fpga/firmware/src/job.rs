@@ -3,13 +3,15 @@
 use core::fmt;
 
 use xylem_core::compress::{Coordinates, compress_top_down};
+use xylem_core::emit::Cell;
 use xylem_core::error::BuildError;
 use xylem_core::geom::{Ray, RayError};
 use xylem_core::mem::{Bus, Region};
 use xylem_core::node::NodeFormat;
 use xylem_core::pipeline::{self, BuildConfig};
 use xylem_core::probe::{Probe, Stage};
-use xylem_core::sort::{InputFormat, SortBuffers};
+use xylem_core::sort::{InputFormat, SortBuffers, Workspace};
+use xylem_core::toplevel::{TopNode, TopStorage};
 use xylem_core::traverse::{self, Hit, Scene, TraceError};
 
 use crate::blob::{Blob, BlobError, Header};
@@ -17,8 +19,41 @@ use crate::digest;
 use crate::layout::Layout;
 use crate::report::{OutputDigest, Report, STAGES};
 
-/// The sorter's on-chip storage: 2048 records and merges of 256 runs, 100 KB.
-pub type Buffers = SortBuffers<2048, 256>;
+/// The most cells that the top of a tree can be built over here: as many as the sorter has records,
+/// which is P2's proportion.
+pub const MAX_CELLS: usize = 2048;
+
+/// The builder's on-chip storage, 300 KB: for the sorter 2048 records and merges of 256 runs, for
+/// the top of the tree [`MAX_CELLS`] and as many nodes.
+#[derive(Debug)]
+pub struct Buffers {
+    sort: SortBuffers<2048, 256>,
+    cells: [Cell; MAX_CELLS],
+    top_nodes: [TopNode; MAX_CELLS],
+}
+
+impl Buffers {
+    /// Empty buffers.
+    pub const fn new() -> Self {
+        Self {
+            sort: SortBuffers::new(),
+            cells: [Cell::EMPTY; MAX_CELLS],
+            top_nodes: [TopNode::EMPTY; MAX_CELLS],
+        }
+    }
+
+    /// The buffers as the builder wants them.
+    fn parts(&mut self) -> (Workspace<'_>, TopStorage<'_>) {
+        let Self { sort, cells, top_nodes } = self;
+        (sort.workspace(), TopStorage { cells, nodes: top_nodes })
+    }
+}
+
+impl Default for Buffers {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 /// A cycle counter.
 pub trait Clock {
@@ -102,7 +137,7 @@ pub fn run<B: Bus, C: Clock>(
 ) -> Result<Report, JobError<B::Error>> {
     let blob = Blob::parse(bus, memory).map_err(JobError::Blob)?;
     let config = build_config(&blob.header);
-    let workspace = &mut buffers.workspace();
+    let (workspace, top) = &mut buffers.parts();
     // The layout divides by these.
     let checked = config.sort.check().and_then(|()| config.sort.check_storage(workspace));
     checked.map_err(|error| JobError::Build(error.into()))?;
@@ -111,8 +146,9 @@ pub fn run<B: Bus, C: Clock>(
     let count = blob.header.triangles;
     let mut stages = StageCycles::new(clock);
 
-    let exact = pipeline::build(bus, &config, &layout.build, count, workspace, &mut stages)
-        .map_err(JobError::Build)?;
+    let built =
+        pipeline::build_with_top(bus, &config, &layout.build, count, workspace, top, &mut stages);
+    let exact = built.map_err(JobError::Build)?;
     stages.stage(Stage::Compress);
     let coordinates = match blob.header.format {
         NodeFormat::QuantizedModulo => Coordinates::Modulo,
@@ -131,6 +167,7 @@ pub fn run<B: Bus, C: Clock>(
         primitives: count,
         leaves: exact.leaf_count,
         nodes: exact.node_count,
+        cells: stages.cells,
         rays: blob.header.rays,
         hits,
         cycles: stages.finish(),
@@ -151,6 +188,9 @@ fn build_config(header: &Header) -> BuildConfig {
         input: InputFormat::Triangle40,
         sort: header.sort,
         max_leaf_size: header.max_leaf_size,
+        join_leaves: header.join_leaves,
+        top_level: header.top_level,
+        cells: header.cells,
         ..BuildConfig::default()
     }
 }
@@ -181,7 +221,7 @@ fn trace<B: Bus>(
     Ok(count)
 }
 
-/// Adds up the cycles of each stage as stages begin and resume.
+/// Adds up the cycles of each stage as stages begin and resume, and counts cells.
 ///
 /// Every change of stage reads the clock, which takes its own few cycles (some 60 on PicoRV32);
 /// they count for the stages around it. Merging and emission alternate with every primitive.
@@ -190,12 +230,13 @@ struct StageCycles<'a, C> {
     since: u64,
     current: Option<Stage>,
     cycles: [u64; STAGES.len()],
+    cells: u32,
 }
 
 impl<'a, C: Clock> StageCycles<'a, C> {
     fn new(clock: &'a mut C) -> Self {
         let since = clock.cycles();
-        Self { clock, since, current: None, cycles: [0; STAGES.len()] }
+        Self { clock, since, current: None, cycles: [0; STAGES.len()], cells: 0 }
     }
 
     /// Ends the stage under way.
@@ -219,6 +260,15 @@ impl<C: Clock> Probe for StageCycles<'_, C> {
         self.lap();
         self.current = Some(stage);
     }
+
+    fn top_cell(&mut self) {
+        self.cells += 1;
+    }
+
+    fn top_coarsen(&mut self, cells: usize) {
+        // They come out anew, and fewer.
+        self.cells = self.cells.saturating_sub(cells as u32);
+    }
 }
 
 #[cfg(test)]
@@ -241,6 +291,6 @@ mod tests {
         for stage in [Stage::PartialSort, Stage::Merge, Stage::Emit, Stage::Merge, Stage::Trace] {
             stages.stage(stage);
         }
-        assert_eq!(stages.finish(), [10, 20, 10, 0, 10]);
+        assert_eq!(stages.finish(), [10, 20, 10, 0, 0, 10]);
     }
 }

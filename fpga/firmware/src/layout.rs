@@ -71,10 +71,12 @@ impl Layout {
 mod tests {
     use super::*;
     use crate::blob::Header;
+    use xylem_core::emit::CellConfig;
     use xylem_core::geom::{Ray, Triangle};
     use xylem_core::node::NodeFormat;
     use xylem_core::num::{Grid, MortonWidth};
     use xylem_core::sort::SortConfig;
+    use xylem_core::toplevel::TopLevel;
     use xylem_core::traverse::Query;
 
     fn blob(triangles: u32, rays: u32, work: u32) -> Blob {
@@ -86,6 +88,9 @@ mod tests {
             query: Query::Closest,
             sort: SortConfig::PAPER,
             max_leaf_size: 255,
+            top_level: TopLevel::None,
+            cells: CellConfig::default(),
+            join_leaves: 0,
             triangles,
             rays,
         };

@@ -29,10 +29,12 @@ mod program {
         match job::run(&mut memory, map::EXTERNAL, buffers, &mut CycleCounter) {
             Ok(report) => {
                 defmt::info!(
-                    "{=u32} primitives, {=u32} leaves, {=u32} nodes, {=u32} rays, {=u32} hits",
+                    "{=u32} primitives, {=u32} leaves, {=u32} nodes, {=u32} cells, {=u32} rays, \
+                     {=u32} hits",
                     report.primitives,
                     report.leaves,
                     report.nodes,
+                    report.cells,
                     report.rays,
                     report.hits
                 );

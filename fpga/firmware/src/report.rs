@@ -7,8 +7,8 @@ use xylem_core::traverse::Hit;
 use crate::digest::Running;
 
 /// The stages whose cycles are counted, in order.
-pub const STAGES: [Stage; 5] =
-    [Stage::PartialSort, Stage::Merge, Stage::Emit, Stage::Compress, Stage::Trace];
+pub const STAGES: [Stage; 6] =
+    [Stage::PartialSort, Stage::Merge, Stage::Emit, Stage::TopLevel, Stage::Compress, Stage::Trace];
 
 /// The outputs that are digested, in order.
 pub const OUTPUTS: [Output; 4] =
@@ -58,6 +58,8 @@ pub struct Report {
     pub leaves: u32,
     /// Nodes of the tree.
     pub nodes: u32,
+    /// Cells that the top of the tree was built over; 0 where it was built like the rest.
+    pub cells: u32,
     /// Rays traced.
     pub rays: u32,
     /// Rays that hit something.
@@ -70,7 +72,7 @@ pub struct Report {
 
 impl Report {
     /// Bytes of a report on the wire.
-    pub const BYTES: usize = 20 + 8 * STAGES.len() + 8 * OUTPUTS.len();
+    pub const BYTES: usize = 24 + 8 * STAGES.len() + 8 * OUTPUTS.len();
 
     /// One digest of everything but the cycles: what must be the same on every machine.
     pub fn digest(&self) -> u32 {
@@ -85,7 +87,7 @@ impl Report {
     }
 
     fn bytes_with(&self, cycles: [u64; STAGES.len()]) -> [u8; Self::BYTES] {
-        let counts = [self.primitives, self.leaves, self.nodes, self.rays, self.hits];
+        let counts = [self.primitives, self.leaves, self.nodes, self.cells, self.rays, self.hits];
         let cycles = cycles.into_iter().flat_map(|c| [c as u32, (c >> 32) as u32]);
         let outputs = self.outputs.iter().flat_map(|o| [o.bytes, o.crc]);
         let mut bytes = [0; Self::BYTES];
@@ -107,6 +109,7 @@ impl Report {
             primitives: word(),
             leaves: word(),
             nodes: word(),
+            cells: word(),
             rays: word(),
             hits: word(),
             ..Self::default()
@@ -126,8 +129,15 @@ mod tests {
     use super::*;
 
     fn report() -> Report {
-        let mut report =
-            Report { primitives: 1, leaves: 2, nodes: 3, rays: 4, hits: 5, ..Report::default() };
+        let mut report = Report {
+            primitives: 1,
+            leaves: 2,
+            nodes: 3,
+            cells: 4,
+            rays: 5,
+            hits: 6,
+            ..Report::default()
+        };
         for (i, cycles) in report.cycles.iter_mut().enumerate() {
             *cycles = (1 << 40) + i as u64;
         }
@@ -154,6 +164,7 @@ mod tests {
         let digest = report().digest();
         assert_eq!(with(|r| r.cycles[0] += 1), digest);
         assert_ne!(with(|r| r.hits += 1), digest);
+        assert_ne!(with(|r| r.cells += 1), digest);
         assert_ne!(with(|r| r.outputs[1].crc ^= 1), digest);
         assert_ne!(with(|r| r.outputs[0].bytes += 1), digest);
     }

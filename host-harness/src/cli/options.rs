@@ -69,10 +69,10 @@ struct TopArgs {
     /// Bins on each axis
     #[arg(long, value_name = "8|16", default_value_t = 16, value_parser = bins)]
     bins: u32,
-    /// The most cells; when there would be more they become coarser
-    #[arg(long, value_name = "N", default_value_t = CellConfig::default().capacity,
-          value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
-    cells: u32,
+    /// The most cells; when there would be more they become coarser [default: 8192, on the soft core
+    /// 2048]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    cells: Option<u32>,
     /// Bits of the Morton code that cells differ in to begin with
     #[arg(long, value_name = "BITS", default_value_t = CellConfig::default().bits,
           value_parser = clap::value_parser!(u32).range(0..=63))]
@@ -115,7 +115,8 @@ impl TopArgs {
             TopArg::Binned => TopLevel::Binned(binned),
             TopArg::Atrbvh => TopLevel::Atrbvh(Atrbvh { start, ..Atrbvh::default() }),
         };
-        config.cells = CellConfig { capacity: self.cells, bits: self.cell_bits };
+        let capacity = self.cells.unwrap_or(CellConfig::default().capacity);
+        config.cells = CellConfig { capacity, bits: self.cell_bits };
         let join_leaves = if self.top_level == TopArg::None { 0 } else { 4 };
         config.join_leaves = self.join_leaves.unwrap_or(join_leaves);
     }
@@ -247,6 +248,11 @@ impl TreeArgs {
                 chain: self.chain.unwrap_or(PlocConfig::DEFAULT.chain),
             })),
         }
+    }
+
+    /// The most cells of a top level, where that was asked for.
+    pub const fn cells(&self) -> Option<u32> {
+        self.top.cells
     }
 
     /// Loads the scene.

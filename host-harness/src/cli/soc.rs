@@ -4,7 +4,10 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::ValueEnum;
+use xylem_core::emit::{CellConfig, EmitterKind};
 use xylem_core::geom::Ray;
+use xylem_core::pipeline::BuildConfig;
+use xylem_firmware::job::MAX_CELLS;
 
 use super::options::{QueryArg, TreeArgs};
 use super::render::{Size, Up, camera};
@@ -27,7 +30,8 @@ use crate::soc::{self, Engine, Options, SceneBlob, firmware_elf, run_on_host};
 #[command(after_help = "Examples:\n  \
     xylem soc cornell\n  \
     xylem soc terrain:6 --engine qemu --format cbvh --json\n  \
-    xylem soc bunny.obj.gz --rays primary.rays --memory slow\n\n\
+    xylem soc bunny.obj.gz --rays primary.rays --memory slow\n  \
+    xylem soc terrain:6 --top-level binned --bins 8 --cells 512\n\n\
     The firmware is built by `tests/firmware.sh build`; XYLEM_FIRMWARE names another ELF file.")]
 pub(super) struct Args {
     #[command(flatten)]
@@ -77,6 +81,24 @@ impl From<EngineArg> for Engine {
     }
 }
 
+/// The cells of the top level, as far as the firmware has storage for them.
+///
+/// # Errors
+/// [`CliError::Usage`] for more than that, and for an emitter that the firmware does not run.
+fn cells(args: &TreeArgs, config: &BuildConfig) -> Result<CellConfig, CliError> {
+    if config.emitter != EmitterKind::Lbvh {
+        let message = "the firmware builds with --emitter lbvh only; leave --emitter out";
+        return Err(CliError::Usage(message.into()));
+    }
+    let most = MAX_CELLS as u32;
+    let capacity = args.cells().unwrap_or(most);
+    if capacity > most {
+        let message = format!("--cells {capacity} is more than the firmware's {most}; use fewer");
+        return Err(CliError::Usage(message));
+    }
+    Ok(CellConfig { capacity, ..config.cells })
+}
+
 /// Runs the command.
 pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let tree = args.tree.build_options()?;
@@ -89,6 +111,7 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
         );
         return Err(CliError::Usage(message));
     }
+    let cells = cells(&args.tree, &tree.config)?;
     engine.check()?;
     let elf = firmware_elf()?;
     let given = args.rays.as_ref().map(|path| Ok::<_, CliError>((path, read_rays(path)?)));
@@ -110,6 +133,9 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
         format: tree.format,
         query: args.query.into(),
         max_leaf_size: tree.config.max_leaf_size,
+        top_level: tree.config.top_level,
+        cells,
+        join_leaves: tree.config.join_leaves,
         triangles: mesh.triangles.clone(),
         rays,
         ..SceneBlob::default()
@@ -121,7 +147,7 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let outcome = soc::run(engine, &elf, &blob, &options)?;
     spinner.finish_and_clear();
 
-    let report = SocReport::new(&mesh.name, tree.format, &outcome, &host);
+    let report = SocReport::new(&mesh.name, &blob, &outcome, &host);
     console.result(&report, || report.to_string())?;
     if report.digest == report.host_digest {
         return Ok(());

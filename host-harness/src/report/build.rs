@@ -174,30 +174,41 @@ pub struct TopReport {
 
 impl TopReport {
     fn new(config: &BuildConfig, events: &TopEvents) -> Option<Self> {
-        let (binned, atrbvh) = match config.top_level {
+        let atrbvh = match config.top_level {
             TopLevel::None => return None,
-            TopLevel::Binned(binned) => (Some(binned), None),
-            TopLevel::Atrbvh(atrbvh) => (atrbvh.start, Some(atrbvh)),
+            TopLevel::Binned(_) => false,
+            TopLevel::Atrbvh(_) => true,
         };
+        let bins = bins_of(config.top_level);
         Some(Self {
             cells_max: config.cells.capacity,
             cell_bits: config.cells.bits,
             cells: events.cells,
             cell_raises: events.raises,
-            bins: binned.map(|binned| binned.bins.count() as u64),
-            sweep_cycles: binned.map(|_| SweepUnit::PAPER.cycles(events)),
-            treelets_rebuilt: atrbvh.map(|_| events.better_treelets),
+            bins,
+            sweep_cycles: bins.map(|_| SweepUnit::PAPER.cycles(events)),
+            treelets_rebuilt: atrbvh.then_some(events.better_treelets),
         })
     }
 }
 
 /// The top-level builder as `--top-level` names it.
-const fn top_name(top: TopLevel) -> &'static str {
+pub(super) const fn top_name(top: TopLevel) -> &'static str {
     match top {
         TopLevel::None => "none",
         TopLevel::Binned(_) => "binned",
         TopLevel::Atrbvh(_) => "atrbvh",
     }
+}
+
+/// Bins on each axis, where a top-level builder sorts cells into bins.
+pub(super) fn bins_of(top: TopLevel) -> Option<u64> {
+    let binned = match top {
+        TopLevel::None => None,
+        TopLevel::Binned(binned) => Some(binned),
+        TopLevel::Atrbvh(atrbvh) => atrbvh.start,
+    };
+    binned.map(|binned| binned.bins.count() as u64)
 }
 
 /// What a stage is called in reports.

@@ -3,11 +3,12 @@
 use std::fmt;
 
 use serde::Serialize;
-use xylem_core::node::NodeFormat;
 use xylem_core::probe::Stage;
+use xylem_core::toplevel::TopLevel;
 
+use super::build::{bins_of, top_name};
 use super::{BuildReport, Table, stage_name, units};
-use crate::soc::{OUTPUTS, Outcome, Report, STAGES};
+use crate::soc::{OUTPUTS, Outcome, Report, STAGES, SceneBlob};
 
 /// The numbers of a run on the soft core, as `xylem soc --json` prints them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -29,6 +30,14 @@ pub struct SocReport {
     pub leaves: u32,
     /// Inner nodes.
     pub nodes: u32,
+    /// The builder of the top of the tree, as `--top-level` names it.
+    pub top_level: &'static str,
+    /// Bins on each axis, where that builder sorts cells into bins.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bins: Option<u64>,
+    /// Cells that the top was built over, if it was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells: Option<u32>,
     /// Rays that the firmware traced.
     pub rays: u32,
     /// Rays that hit a triangle.
@@ -86,10 +95,12 @@ pub struct SocOutput {
 }
 
 impl SocReport {
-    /// Collects the numbers of a run; `host` is the report of the same job on the host.
-    pub fn new(scene: &str, format: NodeFormat, outcome: &Outcome, host: &Report) -> Self {
+    /// Collects the numbers of a run on `blob`; `host` is the report of the same job on the host.
+    pub fn new(scene: &str, blob: &SceneBlob, outcome: &Outcome, host: &Report) -> Self {
         let report = &outcome.report;
-        let (format, coords) = BuildReport::format_words(format);
+        let (format, coords) = BuildReport::format_words(blob.format);
+        let top_level = blob.top_level != TopLevel::None;
+        let counted = |stage: &Stage| top_level || *stage != Stage::TopLevel;
         let stage = |(stage, &cycles): (&Stage, &u64)| {
             let per = |of: u32, yes: bool| if yes { units::ratio(cycles, of.into()) } else { None };
             SocStage {
@@ -109,9 +120,17 @@ impl SocReport {
             primitives: report.primitives,
             leaves: report.leaves,
             nodes: report.nodes,
+            top_level: top_name(blob.top_level),
+            bins: bins_of(blob.top_level),
+            cells: top_level.then_some(report.cells),
             rays: report.rays,
             hits: report.hits,
-            stages: STAGES.iter().zip(&report.cycles).map(stage).collect(),
+            stages: STAGES
+                .iter()
+                .zip(&report.cycles)
+                .filter(|(stage, _)| counted(stage))
+                .map(stage)
+                .collect(),
             cycles: outcome.cycles,
             instructions: outcome.instructions,
             read_bytes: outcome.external.map(|tally| tally.read_bytes),
@@ -140,13 +159,21 @@ impl fmt::Display for SocReport {
         writeln!(f, "{} on {}: {}{coords}", self.scene, self.engine, self.format)?;
         writeln!(
             f,
-            "  {} primitives in {} leaves, {} nodes; {} of {} rays hit\n",
+            "  {} primitives in {} leaves, {} nodes; {} of {} rays hit",
             n(self.primitives.into()),
             n(self.leaves.into()),
             n(self.nodes.into()),
             n(self.hits.into()),
             n(self.rays.into())
         )?;
+        if let Some(cells) = self.cells {
+            write!(f, "  top of the tree: {} over {} cells", self.top_level, n(cells.into()))?;
+            match self.bins {
+                Some(bins) => writeln!(f, ", {bins} bins")?,
+                None => writeln!(f)?,
+            }
+        }
+        writeln!(f)?;
         let mut table = Table::new(["stage", self.cycles_are, "per primitive", "per ray"]);
         let mean = |n: Option<f64>| n.map_or(String::new(), |n| format!("{n:.1}"));
         for s in &self.stages {

@@ -1,11 +1,14 @@
 //! Writes scene blobs.
 
+use xylem_core::emit::CellConfig;
 use xylem_core::geom::{Ray, Triangle};
 use xylem_core::node::{MAX_LEAF_SIZE, NodeFormat};
 use xylem_core::num::{Grid, MortonWidth};
 use xylem_core::sort::SortConfig;
+use xylem_core::toplevel::TopLevel;
 use xylem_core::traverse::Query;
 use xylem_firmware::blob::Header;
+use xylem_firmware::job::MAX_CELLS;
 use xylem_firmware::map::EXTERNAL;
 
 use super::SocError;
@@ -25,6 +28,12 @@ pub struct SceneBlob {
     pub sort: SortConfig,
     /// The largest leaf, in primitives.
     pub max_leaf_size: u32,
+    /// How the top of the tree is built; one of [`TOP_LEVELS`](xylem_firmware::blob::TOP_LEVELS).
+    pub top_level: TopLevel,
+    /// With a top level, what it is built over: [`MAX_CELLS`] at most.
+    pub cells: CellConfig,
+    /// Neighbouring leaves are joined up to this many primitives, at most 16; 0 for not at all.
+    pub join_leaves: u32,
     /// The triangles.
     pub triangles: Vec<Triangle>,
     /// The rays.
@@ -32,8 +41,8 @@ pub struct SceneBlob {
 }
 
 impl Default for SceneBlob {
-    /// No triangles and no rays; quantized nodes in relative coordinates, closest hits, and a sorter
-    /// that fits the firmware's storage: `M` = 2048, `B` = 16.
+    /// No triangles and no rays; quantized nodes in relative coordinates, closest hits, no top level,
+    /// and a sorter and cells that fit the firmware's storage: `M` = 2048, `B` = 16.
     fn default() -> Self {
         Self {
             grid: Grid::DEFAULT,
@@ -42,6 +51,9 @@ impl Default for SceneBlob {
             query: Query::Closest,
             sort: SortConfig { capacity: 2048, burst: 16, ..SortConfig::PAPER },
             max_leaf_size: MAX_LEAF_SIZE,
+            top_level: TopLevel::None,
+            cells: CellConfig { capacity: MAX_CELLS as u32, ..CellConfig::default() },
+            join_leaves: 0,
             triangles: Vec::new(),
             rays: Vec::new(),
         }
@@ -63,6 +75,9 @@ impl SceneBlob {
             query: self.query,
             sort: self.sort,
             max_leaf_size: self.max_leaf_size,
+            top_level: self.top_level,
+            cells: self.cells,
+            join_leaves: self.join_leaves,
             triangles: count(self.triangles.len()),
             rays: count(self.rays.len()),
         };
@@ -107,6 +122,6 @@ mod tests {
         let triangle = Triangle { vertices: [[0, 0, 0].into(); 3], id: 0 };
         let scene = SceneBlob { triangles: vec![triangle; 1_500_000], ..SceneBlob::default() };
         let error = scene.to_bytes(false).unwrap_err();
-        assert!(matches!(error, SocError::TooLarge { needed: 60_000_064, size: 58_720_256 }));
+        assert!(matches!(error, SocError::TooLarge { needed: 60_000_080, size: 58_720_256 }));
     }
 }

@@ -32,7 +32,7 @@ use std::time::Duration;
 
 use crate::bus::{MEMORIES, MemoryTiming, Tally};
 
-pub use xylem_firmware::report::{OUTPUTS, Report, STAGES};
+pub use xylem_firmware::report::{OUTPUTS, Output, Report, STAGES};
 
 pub use blob::SceneBlob;
 pub use costs::{Costs, Step};
