@@ -1,8 +1,8 @@
 //! Building and tracing beside the crates `obvhs` and `bvh`: the same triangles, the same rays, one
 //! thread, in one run, with the ratios printed at the end.
 //!
-//! `cargo bench -p xylem-peers`. Scenes: a procedural terrain and sphereflake, and the
-//! bunny and Crytek Sponza where `XYLEM_SCENES` has them.
+//! `cargo bench -p xylem-peers`. Scenes: a procedural terrain and sphereflake, and the bunny and
+//! Crytek Sponza where `XYLEM_SCENES` has them; more of its meshes are built and not traced.
 //!
 //! What is compared: Xylem's builder works on a byte-addressed bus as the hardware would, in bursts,
 //! from 32-byte boxes to 64-byte nodes; the peers build from boxes in native arrays. Xylem's rays
@@ -27,6 +27,26 @@ use xylem_core::traverse::{Query, trace};
 
 const RAYS: u32 = 128;
 
+/// Scenes that are built and traced.
+const TRACED: [&str; 4] = ["bunny", "sponza_crytek", "terrain", "sphereflake"];
+
+/// Scenes of over 50,000 triangles that are only built.
+const BUILT: [&str; 13] = [
+    "anim_cloth_ball_f0",
+    "armadillo",
+    "buddha",
+    "coffee",
+    "dragon",
+    "dragon_res2",
+    "hair",
+    "horse",
+    "igea",
+    "kitten",
+    "leaves",
+    "sheen_cloth",
+    "sibenik",
+];
+
 struct Subject {
     name: String,
     mesh: Mesh,
@@ -39,12 +59,15 @@ fn main() {
         .measurement_time(Duration::from_millis(1500))
         .configure_from_args();
     let mut names = Vec::new();
-    for name in ["bunny", "sponza_crytek", "terrain", "sphereflake"] {
+    let scenes = TRACED.map(|name| (name, true)).into_iter();
+    for (name, traced) in scenes.chain(BUILT.map(|name| (name, false))) {
         match scene::load(name, &LoadOptions::default()) {
             Ok(mesh) => {
                 let subject = Subject { name: name.to_owned(), mesh };
                 bench_build(&mut criterion, &subject);
-                bench_trace(&mut criterion, &subject);
+                if traced {
+                    bench_trace(&mut criterion, &subject);
+                }
                 names.push(subject.name);
             }
             Err(_) => println!("skipped: {name}: not found; set XYLEM_SCENES"),
@@ -224,6 +247,9 @@ fn print_ratios(scenes: &[String]) {
                 (Some(peer), Some(own)) => format!("{:.2}", peer / own),
                 _ => "n/a".to_owned(),
             };
+            if times.iter().all(Option::is_none) {
+                continue;
+            }
             let [own, own16, obvhs, bvh] = times.map(cell);
             let (to_obvhs, to_bvh) = (ratio(times[2]), ratio(times[3]));
             println!(
