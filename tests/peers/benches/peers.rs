@@ -262,7 +262,7 @@ fn print_ratios(scenes: &[String]) {
 /// The median that criterion has just stored.
 fn median_ms(group: &str, name: &str) -> Option<f64> {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../target")),
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target")),
         PathBuf::from,
     );
     let path = target.join("criterion").join(group).join(name).join("new/estimates.json");
