@@ -10,6 +10,7 @@
 //! - [`rational`]: a ray against triangles, exactly, in fractions of any size.
 //! - [`lbvh`]: the tree that a build must give, made top-down and recursively.
 
+pub mod cases;
 pub mod clocked;
 pub mod commands;
 pub mod dram;

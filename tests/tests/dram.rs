@@ -7,10 +7,10 @@ use std::convert::Infallible;
 use std::sync::LazyLock;
 
 use proptest::prelude::*;
-use proptest::test_runner::{Config as RunConfig, RngAlgorithm, TestRng, TestRunner};
 use rayon::prelude::*;
 use xylem::dram::{CONFIGS, ChannelStats, Config, Issued, Memory, Request, replay};
 use xylem::report::Table;
+use xylem_tests::cases::for_all;
 use xylem_tests::commands::{LPDDR3_1333, LPDDR3_1600, Sheet, check};
 use xylem_tests::dram::{Pattern, patterns};
 use xylem_tests::places::full;
@@ -248,19 +248,6 @@ fn traffic(channels: u64) -> impl Strategy<Value = Traffic> {
     })
 }
 
-fn for_all<S: Strategy>(
-    cases: u32,
-    strategy: S,
-    check: impl Fn(S::Value) -> Result<(), TestCaseError>,
-) {
-    let mut seed = [0; 32];
-    seed[..8].copy_from_slice(&SEED.to_le_bytes());
-    let config = RunConfig { cases, failure_persistence: None, ..RunConfig::default() };
-    let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &seed);
-    println!("{cases} cases, seed {SEED:#x}");
-    TestRunner::new_with_rng(config, rng).run(&strategy, check).unwrap_or_else(|e| panic!("{e}"));
-}
-
 /// LPDDR3 memories and the sheet that their commands must keep to.
 const SHEETS: [(&str, &Sheet); 4] = [
     ("slow", &LPDDR3_1600),
@@ -276,7 +263,7 @@ fn random_traffic_keeps_every_rule_and_answers_every_read_once() {
     let longest = std::cell::Cell::new(0);
     for (name, sheet) in SHEETS {
         let config = Config::by_name(name).unwrap();
-        for_all(40, traffic(u64::from(config.mapping.channels)), |traffic| {
+        for_all(SEED, 40, traffic(u64::from(config.mapping.channels)), |traffic| {
             let outcome = drive(config, &traffic, false);
             for commands in &outcome.commands {
                 check(commands, sheet).map_err(TestCaseError::fail)?;
@@ -298,7 +285,7 @@ fn random_traffic_keeps_every_rule_and_answers_every_read_once() {
 #[test]
 fn skipping_clocks_and_running_again_change_nothing() {
     for config in CONFIGS {
-        for_all(15, traffic(u64::from(config.mapping.channels)), |traffic| {
+        for_all(SEED, 15, traffic(u64::from(config.mapping.channels)), |traffic| {
             let stepped = drive(&config, &traffic, false);
             prop_assert_eq!(&stepped, &drive(&config, &traffic, true));
             prop_assert_eq!(&stepped, &drive(&config, &traffic, false));

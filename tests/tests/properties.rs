@@ -5,12 +5,12 @@ use std::cell::Cell;
 use glam::IVec3;
 use num_traits::ToPrimitive as _;
 use proptest::prelude::*;
-use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use xylem::run::Reference;
 use xylem::scene::Random;
 use xylem_core::geom::{Ray, Triangle};
 use xylem_core::num::{Grid, SubGrid, Time};
 use xylem_core::traverse::Query;
+use xylem_tests::cases::for_all;
 use xylem_tests::job::trace;
 use xylem_tests::rational::{ExactRay, grid_corners, ratio};
 use xylem_tests::rays::hard_ray;
@@ -19,20 +19,6 @@ use xylem_tests::trees::{Forest, soup};
 const SEED: u64 = 0x5eed_0042;
 
 const ONE: i32 = 1 << 30;
-
-/// Runs `check` on `cases` values. The seed is fixed and printed.
-fn for_all<S: Strategy>(
-    cases: u32,
-    strategy: S,
-    check: impl Fn(S::Value) -> Result<(), TestCaseError>,
-) {
-    let mut seed = [0; 32];
-    seed[..8].copy_from_slice(&SEED.to_le_bytes());
-    let config = Config { cases, failure_persistence: None, ..Config::default() };
-    let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &seed);
-    println!("{cases} cases, seed {SEED:#x}");
-    TestRunner::new_with_rng(config, rng).run(&strategy, check).unwrap_or_else(|e| panic!("{e}"));
-}
 
 /// A coordinate anywhere on the grid, often small or at an end.
 fn coordinate() -> impl Strategy<Value = i32> {
@@ -74,7 +60,7 @@ fn the_triangle_test_is_the_exact_one_with_the_time_rounded_up() {
     let corners = [point(), point(), point()];
     let inputs =
         (corners, [origin_part(), origin_part(), origin_part()], 0..=64i64, 0..=64i64, interval());
-    for_all(20_000, inputs, |(vertices, origin, a, b, interval)| {
+    for_all(SEED, 20_000, inputs, |(vertices, origin, a, b, interval)| {
         // Towards a point of the triangle in 64ths of its weights, sometimes outside it.
         let [v0, v1, v2] = vertices.map(|v| v.to_array().map(i64::from));
         let target = [0, 1, 2].map(|i| 64 * v0[i] + a * (v1[i] - v0[i]) + b * (v2[i] - v0[i]));
@@ -114,6 +100,7 @@ fn a_line_that_passes_inside_a_ring_hits_the_fan_that_spans_it() {
     let aim = (0..9usize, 0..=16i64, [near(), near(), near()], prop::bool::ANY);
     let origin = [origin_part(), origin_part(), origin_part()];
     for_all(
+        SEED,
         40_000,
         (point(), ring, 0..=11u32, aim, origin),
         |(centre, ring, size, aim, origin)| {
@@ -166,7 +153,7 @@ fn a_line_that_passes_inside_a_ring_hits_the_fan_that_spans_it() {
 #[test]
 fn answers_depend_neither_on_the_format_nor_on_the_order_of_triangles_but_for_ties() {
     let (hits, ties) = (Cell::new(0), Cell::new(0));
-    for_all(150, (any::<u64>(), 1..400usize), |(seed, count)| {
+    for_all(SEED, 150, (any::<u64>(), 1..400usize), |(seed, count)| {
         let mut random = Random::new(seed);
         let mut triangles = soup(&mut random, count);
         // Some come twice, so that there are ties.
