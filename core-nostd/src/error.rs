@@ -70,6 +70,8 @@ pub enum ConfigError {
     JoinedLeaf,
     /// The top-level builder has no storage, or its treelets are not 3 to 16 leaves.
     TopLevel,
+    /// Quantized coordinates are not 4 to 8 bits wide, or the minimum scale is above 15.
+    Quantization,
 }
 
 impl fmt::Display for ConfigError {
@@ -86,6 +88,9 @@ impl fmt::Display for ConfigError {
             Self::TopLevel => {
                 "a top-level build needs cells of the lbvh emitter, storage for them, and treelets of \
                  3 to 16 leaves"
+            }
+            Self::Quantization => {
+                "quantized coordinates must have 4 to 8 bits, and the minimum scale be at most 15"
             }
         })
     }

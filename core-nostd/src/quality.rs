@@ -4,12 +4,13 @@ use fixed::FixedU64;
 use fixed::types::extra::U32;
 use heapless::Vec;
 
-use crate::compress::{Coordinates, Placement};
+use crate::compress::Placement;
 use crate::emit::MAX_DEPTH;
 use crate::geom::{Aabb, Triangle};
 use crate::mem::Bus;
 use crate::node::{
-    Bvh2Node, Bvh2View, Child, LeafEntry, NodeFormat, NodeIndex, QuantizedPair, QuantizedView,
+    Bvh2Node, Bvh2View, Child, LeafEntry, NodeFormat, NodeIndex, Quantization, QuantizedPair,
+    QuantizedView,
 };
 use crate::traverse::{Scene, TraceError};
 
@@ -122,10 +123,14 @@ pub fn check<B: Bus>(
         Some(root) => {
             let corrupt = TraceError::CorruptNode { index: tree.node_count.saturating_sub(1) };
             // Also refuses boxes off the grid, whose areas would overflow.
-            let placement = Placement::root(&root.bounds).ok_or(corrupt)?;
+            let quantization = match &tree.format {
+                NodeFormat::Bvh2 => &Quantization::RELATIVE,
+                NodeFormat::Quantized(quantization) => quantization,
+            };
+            let placement = Placement::root(&root.bounds, quantization).ok_or(corrupt)?;
             let (bounds, placement) = match tree.format {
                 NodeFormat::Bvh2 => (root.bounds, None),
-                _ => (placement.decoded(), Some(placement)),
+                NodeFormat::Quantized(_) => (placement.decoded(), Some(placement)),
             };
             quality.root_area = bounds.half_area();
             Some(Pending { child: root.child, bounds, placement, depth: 1 })
@@ -198,7 +203,7 @@ fn read_children<B: Bus>(
     let addr = addr.filter(|_| index < tree.node_count).ok_or(corrupt)?;
     let failed = |error| TraceError::Bus { addr, error };
     let depth = parent.depth + 1;
-    let coordinates = match tree.format {
+    let quantization = match &tree.format {
         NodeFormat::Bvh2 => {
             let mut bytes = [0; Bvh2Node::BYTES];
             bus.read(addr, &mut bytes).map_err(failed)?;
@@ -210,17 +215,16 @@ fn read_children<B: Bus>(
                 depth,
             }));
         }
-        NodeFormat::QuantizedRelative => Coordinates::Relative,
-        NodeFormat::QuantizedModulo => Coordinates::Modulo,
+        NodeFormat::Quantized(quantization) => quantization,
     };
-    let mut bytes = [0; QuantizedPair::BYTES];
-    bus.read(addr, &mut bytes).map_err(failed)?;
+    let mut bytes = [0; QuantizedPair::MAX_BYTES];
+    bus.read(addr, &mut bytes[..tree.format.bytes() as usize]).map_err(failed)?;
     let placement = parent.placement.ok_or(corrupt)?;
-    let view = QuantizedView::new(&bytes);
+    let view = QuantizedView::new(&bytes, quantization.bits);
     let decode = |i| {
         let child = view.child(i);
-        let cells = placement.context.decode(&child, coordinates).ok_or(corrupt)?;
-        let (low, scale) = (placement.child(&cells), placement.context.scale);
+        let cells = placement.context.decode(&child, quantization).ok_or(corrupt)?;
+        let (low, scale) = (placement.child(&cells, quantization), placement.context.scale);
         let upper = |axis: usize| low.lower[axis] + (i32::from(cells.width[axis]) << scale[axis]);
         let bounds = Aabb::new(low.lower, glam::IVec3::new(upper(0), upper(1), upper(2)));
         Ok(Pending { child: child.child, bounds, placement: Some(low), depth })

@@ -12,7 +12,7 @@ use xylem::soc::{
 use xylem_core::emit::CellConfig;
 use xylem_core::error::{BuildError, ConfigError};
 use xylem_core::geom::{Ray, Triangle};
-use xylem_core::node::NodeFormat;
+use xylem_core::node::{NodeFormat, Quantization};
 use xylem_core::num::{MortonWidth, SubGrid, Time};
 use xylem_core::probe::Stage;
 use xylem_core::sort::{RecordFormat, SortConfig};
@@ -116,7 +116,7 @@ fn scenes() -> Vec<(&'static str, SceneBlob)> {
             "cloth",
             SceneBlob {
                 morton: MortonWidth::Bits63,
-                format: NodeFormat::QuantizedModulo,
+                format: NodeFormat::Quantized(Quantization::MODULO),
                 sort: sort(32, 8, RecordFormat::Packed22),
                 triangles: cloth(16),
                 rays: rays(60, numbers),
@@ -140,7 +140,7 @@ fn scenes() -> Vec<(&'static str, SceneBlob)> {
         (
             "binned",
             SceneBlob {
-                format: NodeFormat::QuantizedModulo,
+                format: NodeFormat::Quantized(Quantization::MODULO),
                 sort: sort(64, 4, RecordFormat::Box32),
                 top_level: TopLevel::Binned(Binned { bins: Bins::Eight }),
                 cells: CellConfig { capacity: 64, bits: 20 },

@@ -4,11 +4,11 @@ use glam::IVec3;
 use xylem::bus::FlatMemory;
 use xylem::run::{self, BuildOptions, Layout};
 use xylem::scene::Random;
-use xylem_core::compress::{Coordinates, compress_top_down};
+use xylem_core::compress::compress_top_down;
 use xylem_core::error::BuildError;
 use xylem_core::geom::{Aabb, Ray, Triangle};
 use xylem_core::mem::Bus;
-use xylem_core::node::Tree;
+use xylem_core::node::{Quantization, Tree};
 use xylem_core::pipeline::{self, BuildConfig};
 use xylem_core::probe::Probe;
 use xylem_core::sort::{RecordFormat, SortBuffers, SortConfig};
@@ -72,10 +72,10 @@ impl Job {
         &self,
         bus: &mut B,
         tree: &Tree,
-        coordinates: Coordinates,
+        quantization: &Quantization,
         probe: &mut P,
     ) -> Result<Tree, BuildError<B::Error>> {
-        compress_top_down(bus, tree, self.layout.quantized_nodes, coordinates, probe)
+        compress_top_down(bus, tree, self.layout.quantized_nodes, quantization, probe)
     }
 
     /// The scene of a tree.

@@ -4,10 +4,10 @@ use glam::IVec3;
 use xylem::bus::{FlatMemory, MemoryError};
 use xylem::run::{self, BuildOptions};
 use xylem::scene::Random;
-use xylem_core::compress::{Coordinates, compress_top_down};
+use xylem_core::compress::compress_top_down;
 use xylem_core::geom::Triangle;
 use xylem_core::mem::Region;
-use xylem_core::node::QuantizedPair;
+use xylem_core::node::{NodeFormat, NodeIndex, Quantization, QuantizedPair, QuantizedView};
 use xylem_core::num::Grid;
 use xylem_core::quality::{self, Malformed, Quality};
 use xylem_core::traverse::Scene;
@@ -34,18 +34,34 @@ impl Forest {
         let run = run::build(triangles, &BuildOptions::default()).unwrap_or_else(|e| panic!("{e}"));
         let exact = run.exact;
         let size = run.memory.bytes().len();
-        let room = exact.tree.node_count as usize * QuantizedPair::BYTES;
+        let room = exact.tree.node_count as usize * Quantization::MODULO.node_bytes() as usize;
         let mut memory = FlatMemory::new(size + 2 * room);
         memory.bytes_mut()[..size].copy_from_slice(run.memory.bytes());
         drop(run);
-        let mut compress = |at: usize, coordinates| {
+        let mut compress = |at: usize, quantization| {
             let target = Region::new(at as u32, room as u32);
-            let tree = compress_top_down(&mut memory, &exact.tree, target, coordinates, &mut ());
+            let tree = compress_top_down(&mut memory, &exact.tree, target, &quantization, &mut ());
             Scene { tree: tree.unwrap_or_else(|e| panic!("{e}")), ..exact }
         };
-        let relative = compress(size, Coordinates::Relative);
-        let modulo = compress(size + room, Coordinates::Modulo);
+        let relative = compress(size, Quantization::RELATIVE);
+        let modulo = compress(size + room, Quantization::MODULO);
         Self { memory, exact, relative, modulo }
+    }
+
+    /// A node of a quantized scene.
+    ///
+    /// # Panics
+    /// If the node is not in memory.
+    pub fn pair(&self, scene: &Scene, index: NodeIndex) -> QuantizedPair {
+        let NodeFormat::Quantized(quantization) = scene.tree.format else {
+            panic!("the nodes are exact")
+        };
+        let len = quantization.node_bytes();
+        let at = scene.tree.nodes.record(index.0, len).expect("the node is inside its region").0;
+        let mut bytes = [0; QuantizedPair::MAX_BYTES];
+        let node = &mut bytes[..len as usize];
+        node.copy_from_slice(&self.memory.bytes()[at as usize..][..len as usize]);
+        QuantizedView::new(&bytes, quantization.bits).to_repr()
     }
 
     /// Checks a scene's tree and measures it.

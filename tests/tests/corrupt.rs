@@ -8,12 +8,12 @@ use glam::IVec3;
 use rayon::prelude::*;
 use xylem::bus::{FlatMemory, MemoryError};
 use xylem::scene::Random;
-use xylem_core::compress::{Coordinates, compress_top_down};
+use xylem_core::compress::compress_top_down;
 use xylem_core::emit::{Emitter, Step};
 use xylem_core::error::BuildError;
 use xylem_core::geom::{Aabb, Ray, Triangle};
 use xylem_core::mem::{Bus, ByteAddr, Region};
-use xylem_core::node::{Child, NodeFormat, NodeIndex};
+use xylem_core::node::{Child, NodeFormat, NodeIndex, Quantization};
 use xylem_core::quality::{self, Malformed};
 use xylem_core::sort::{Item, RecordFormat};
 use xylem_core::traverse::{Query, Scene};
@@ -180,8 +180,11 @@ fn forge(random: &mut Random, scene: &mut Scene) {
         1 => tree.entry_count = word(random),
         2 => scene.triangle_count = word(random),
         3 => {
-            let formats =
-                [NodeFormat::Bvh2, NodeFormat::QuantizedRelative, NodeFormat::QuantizedModulo];
+            let formats = [
+                NodeFormat::Bvh2,
+                NodeFormat::Quantized(Quantization::RELATIVE),
+                NodeFormat::Quantized(Quantization::MODULO),
+            ];
             tree.format = formats[random.below(3)];
         }
         4 => tree.root = None,
@@ -243,9 +246,9 @@ fn case(target: &Target, memory: &mut FlatMemory, random: &mut Random, rays: &[R
             }
         }
         1 => {
-            let coordinates =
-                if random.below(2) == 0 { Coordinates::Relative } else { Coordinates::Modulo };
-            match compress_top_down(&mut bus, tree, target.room, coordinates, &mut ()) {
+            let quantization =
+                if random.below(2) == 0 { Quantization::RELATIVE } else { Quantization::MODULO };
+            match compress_top_down(&mut bus, tree, target.room, &quantization, &mut ()) {
                 Ok(_) => "compress: done".to_owned(),
                 Err(error) => format!("compress: {}", first_word(&error)),
             }

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 use xylem::run::{self, BuildOptions, BuildRun};
 use xylem::scene::Random;
-use xylem_core::compress::{Coordinates, Placement};
+use xylem_core::compress::Placement;
 use xylem_core::geom::Triangle;
-use xylem_core::node::{Bvh2Node, Child, LeafEntry, NodeIndex, QuantizedPair, QuantizedView};
+use xylem_core::node::{Bvh2Node, Child, LeafEntry, Quantization};
 use xylem_core::num::MortonWidth;
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::sort::{InputFormat, ReadSchedule, RecordFormat, SortConfig};
@@ -185,25 +185,22 @@ fn every_format_is_well_formed_and_encloses_the_exact_tree() {
 /// Walks the quantized trees; returns how many nodes there were.
 fn decode_both(name: &str, forest: &Forest) -> u32 {
     let Some(root) = forest.exact.tree.root else { return 0 };
-    let mut stack =
-        vec![(root.child, Placement::root(&root.bounds).expect("the root is on the grid"))];
+    let mut stack = vec![(
+        root.child,
+        Placement::root(&root.bounds, &Quantization::RELATIVE).expect("the root is on the grid"),
+    )];
     let mut nodes = 0;
     while let Some((child, placement)) = stack.pop() {
-        let Child::Inner(NodeIndex(index)) = child else { continue };
+        let Child::Inner(index) = child else { continue };
         nodes += 1;
-        let pair = |scene: &xylem_core::traverse::Scene| {
-            let start = scene.tree.nodes.base.0 as usize + index as usize * QuantizedPair::BYTES;
-            *forest.memory.bytes()[start..].first_chunk().expect("the node is in memory")
-        };
-        let (relative, modulo) = (pair(&forest.relative), pair(&forest.modulo));
-        for i in 0..2 {
-            let relative = QuantizedView::new(&relative).child(i);
-            let modulo = QuantizedView::new(&modulo).child(i);
-            assert_eq!(relative.child, modulo.child, "{name}: node {index}");
-            let cells = placement.context.decode(&relative, Coordinates::Relative);
-            assert_eq!(cells, placement.context.decode(&modulo, Coordinates::Modulo), "{name}");
-            let cells = cells.unwrap_or_else(|| panic!("{name}: node {index} leaves its parent"));
-            stack.push((relative.child, placement.child(&cells)));
+        let (relative, modulo) =
+            (forest.pair(&forest.relative, index), forest.pair(&forest.modulo, index));
+        for (relative, modulo) in relative.children.iter().zip(&modulo.children) {
+            assert_eq!(relative.child, modulo.child, "{name}: node {index:?}");
+            let cells = placement.context.decode(relative, &Quantization::RELATIVE);
+            assert_eq!(cells, placement.context.decode(modulo, &Quantization::MODULO), "{name}");
+            let cells = cells.unwrap_or_else(|| panic!("{name}: node {index:?} leaves its parent"));
+            stack.push((relative.child, placement.child(&cells, &Quantization::RELATIVE)));
         }
     }
     assert_eq!(nodes, forest.exact.tree.node_count, "{name}");

@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 
 use xylem::bus::{Fault, Faulty, FaultyError, FlatMemory, MemoryError, StageClock};
 use xylem::scene::Random;
-use xylem_core::compress::Coordinates;
 use xylem_core::error::{BuildError, RegionName};
 use xylem_core::mem::{Bus, ByteAddr, Region};
-use xylem_core::node::{Bvh2Node, Tree};
+use xylem_core::node::{Bvh2Node, Quantization, Tree};
 use xylem_core::probe::{Probe, Stage};
 use xylem_core::sort::RecordFormat;
 use xylem_core::traverse::{Query, TraceError};
@@ -33,7 +32,7 @@ fn work<B: Bus, P: Probe>(
     probe: &mut P,
 ) -> Result<(Tree, Tree), BuildError<B::Error>> {
     let exact = job.build(bus, probe)?;
-    let quantized = job.compress(bus, &exact, Coordinates::Modulo, probe)?;
+    let quantized = job.compress(bus, &exact, &Quantization::MODULO, probe)?;
     Ok((exact, quantized))
 }
 
@@ -102,10 +101,10 @@ fn whichever_read_of_a_trace_fails_the_error_names_it() {
     let mut memory = job.memory.clone();
     let exact = job.build(&mut memory, &mut ()).unwrap();
     let mut tried = 0;
-    for coordinates in [None, Some(Coordinates::Relative), Some(Coordinates::Modulo)] {
-        let tree = match coordinates {
+    for quantization in [None, Some(Quantization::RELATIVE), Some(Quantization::MODULO)] {
+        let tree = match quantization {
             None => exact,
-            Some(c) => job.compress(&mut memory, &exact, c, &mut ()).unwrap(),
+            Some(q) => job.compress(&mut memory, &exact, &q, &mut ()).unwrap(),
         };
         let scene = job.scene(tree);
         for ray in job.rays(&mut Random::new(SEED), 60) {
@@ -191,7 +190,8 @@ fn a_region_that_is_too_small_is_named_before_anything_is_written() {
     let needed = u64::from(exact.node_count) * 16;
     let mut small = job.clone();
     small.layout.quantized_nodes.size = needed as u32 - 1;
-    let failure = small.compress(&mut memory, &exact, Coordinates::Relative, &mut ()).unwrap_err();
+    let failure =
+        small.compress(&mut memory, &exact, &Quantization::RELATIVE, &mut ()).unwrap_err();
     let region = RegionName::QuantizedNodes;
     let available = needed as u32 - 1;
     assert_eq!(failure, BuildError::RegionFull { region, needed, available });
@@ -230,7 +230,7 @@ fn a_trace_over_regions_that_are_too_small_names_the_region() {
     let [job, ..] = jobs();
     let mut memory = job.memory.clone();
     let exact = job.build(&mut memory, &mut ()).unwrap();
-    let quantized = job.compress(&mut memory, &exact, Coordinates::Modulo, &mut ()).unwrap();
+    let quantized = job.compress(&mut memory, &exact, &Quantization::MODULO, &mut ()).unwrap();
     let rays = job.rays(&mut Random::new(SEED), 200);
     for (name, tree) in [
         (RegionName::Nodes, exact),

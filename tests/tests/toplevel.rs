@@ -9,7 +9,7 @@ use xylem::scene::{self, LoadOptions, Random};
 use xylem_core::emit::CellConfig;
 use xylem_core::error::{BuildError, ConfigError};
 use xylem_core::geom::{Aabb, Triangle};
-use xylem_core::node::NodeFormat;
+use xylem_core::node::{NodeFormat, Quantization};
 use xylem_core::num::MortonWidth;
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::probe::Stage;
@@ -105,7 +105,10 @@ fn random_soups_keep_every_primitive_and_hit() {
 fn quantized_trees_follow_from_a_top_level_build() {
     let triangles = soup(&mut Random::new(73), 1500);
     for top_level in [BINNED, ATRBVH] {
-        for format in [NodeFormat::QuantizedRelative, NodeFormat::QuantizedModulo] {
+        for format in [
+            NodeFormat::Quantized(Quantization::RELATIVE),
+            NodeFormat::Quantized(Quantization::MODULO),
+        ] {
             let config = BuildConfig { top_level, join_leaves: 4, ..BuildConfig::default() };
             let options = BuildOptions { config, format, ..BuildOptions::default() };
             run::build(&triangles, &options).unwrap().check().unwrap();

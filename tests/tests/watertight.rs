@@ -19,10 +19,10 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 use xylem::scene::{LoadOptions, Mesh, Random, obj};
-use xylem_core::compress::{CellBox, Coordinates, Placement};
+use xylem_core::compress::{CellBox, Placement};
 use xylem_core::geom::{Aabb, Ray, Triangle};
 use xylem_core::mem::Region;
-use xylem_core::node::{Bvh2View, Child, NodeIndex, QuantizedView};
+use xylem_core::node::{Bvh2View, Child, NodeIndex, Quantization, QuantizedPair};
 use xylem_core::traverse::Slabs;
 use xylem_tests::planes::Planes;
 use xylem_tests::rays::{KINDS, hard_ray};
@@ -205,7 +205,8 @@ impl<'a> Walk<'a> {
     fn run(&self, random: &mut Random, tally: &mut Tally) {
         tally.rays += 1;
         let root = self.forest.exact.tree.root.expect("the scene has triangles");
-        let placement = Placement::root(&root.bounds).expect("the root is on the grid");
+        let placement = Placement::root(&root.bounds, &Quantization::RELATIVE)
+            .expect("the root is on the grid");
         let exact = Slabs::new(self.ray, &root.bounds);
         let decoded = Slabs::new(self.ray, &placement.decoded());
         let slabs = [exact, decoded, decoded];
@@ -230,25 +231,25 @@ impl<'a> Walk<'a> {
         let forest = self.forest;
         let node: &[u8; 64] = bytes(forest, forest.exact.tree.nodes, index);
         let node = Bvh2View::new(node).to_repr().expect("the node is valid");
-        let pair = |region| QuantizedView::new(bytes::<16>(forest, region, index));
-        let (relative, modulo) = (pair(forest.relative.tree.nodes), pair(forest.modulo.tree.nodes));
+        let (relative, modulo) =
+            (forest.pair(&forest.relative, index), forest.pair(&forest.modulo, index));
         [0, 1].map(|i| {
             let exact = node.children[i];
             let context = &parent.placement.context;
-            let decode = |view: &QuantizedView, coordinates| -> CellBox {
-                let child = view.child(i);
+            let decode = |pair: &QuantizedPair, quantization| -> CellBox {
+                let child = pair.children[i];
                 assert_eq!(pointer(child.child), pointer(exact.child), "node {index:?}");
-                context.decode(&child, coordinates).expect("the child is inside its parent")
+                context.decode(&child, quantization).expect("the child is inside its parent")
             };
-            let cells = decode(&relative, Coordinates::Relative);
-            let again = decode(&modulo, Coordinates::Modulo);
+            let cells = decode(&relative, &Quantization::RELATIVE);
+            let again = decode(&modulo, &Quantization::MODULO);
             assert_eq!(cells, again, "node {index:?}");
             let slabs = [
                 Slabs::new(self.ray, &exact.bounds),
                 parent.slabs[1].step(self.ray, context, &cells),
                 parent.slabs[2].step(self.ray, context, &again),
             ];
-            let placement = parent.placement.child(&cells);
+            let placement = parent.placement.child(&cells, &Quantization::RELATIVE);
             State { child: exact.child, exact: exact.bounds, placement, slabs }
         })
     }

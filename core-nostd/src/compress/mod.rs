@@ -1,12 +1,12 @@
 //! Quantized trees: local grids, relative and modulo coordinates, compression.
 //!
 //! A node's children are stored on a grid that is aligned to the whole scene's grid and just fine
-//! enough that the node's own (decoded) box spans at most 2⁶ of its cells (P3 §3, Eqs. 1–2, and
+//! enough that the node's own (decoded) box spans at most 2^N of its cells (P3 §3, Eqs. 1–2, and
 //! Eq. 6 for the alignment). Which grid that is follows from the parent's decoded box, so a reader
 //! carries a [`Context`] down the tree and stores nothing.
 
 mod context;
 mod topdown;
 
-pub use context::{CellBox, Context, Coordinates, Placement, QUANT_BITS};
+pub use context::{CellBox, Context, Placement};
 pub use topdown::compress_top_down;

@@ -2,11 +2,13 @@
 
 use heapless::Vec;
 
-use super::{Coordinates, Placement};
+use super::Placement;
 use crate::emit::MAX_DEPTH;
 use crate::error::{BuildError, RegionName};
 use crate::mem::{Bus, Region};
-use crate::node::{Bvh2Node, Bvh2View, Child, NodeFormat, NodeIndex, QuantizedPair, Tree};
+use crate::node::{
+    Bvh2Node, Bvh2View, Child, NodeFormat, NodeIndex, Quantization, QuantizedPair, Tree,
+};
 use crate::probe::{Probe, Stage};
 
 /// Reads the 64-byte nodes of `tree` from the root down and writes each as a quantized pair, at the
@@ -21,15 +23,17 @@ pub fn compress_top_down<B: Bus, P: Probe>(
     bus: &mut B,
     tree: &Tree,
     target: Region,
-    coordinates: Coordinates,
+    quantization: &Quantization,
     probe: &mut P,
 ) -> Result<Tree, BuildError<B::Error>> {
     const STAGE: Stage = Stage::Compress;
-    let quantized = Tree { format: coordinates.format(), nodes: target, ..*tree };
+    quantization.check()?;
+    let format = NodeFormat::Quantized(*quantization);
+    let quantized = Tree { format, nodes: target, ..*tree };
     if tree.node_count.max(tree.entry_count) > QuantizedPair::MAX_POINTER {
         return Err(BuildError::PointerOverflow);
     }
-    let needed = u64::from(tree.node_count) * QuantizedPair::BYTES as u64;
+    let needed = u64::from(tree.node_count) * u64::from(format.bytes());
     if needed > u64::from(target.size) {
         let region = RegionName::QuantizedNodes;
         return Err(BuildError::RegionFull { region, needed, available: target.size });
@@ -42,7 +46,7 @@ pub fn compress_top_down<B: Bus, P: Probe>(
     probe.stage(STAGE);
 
     let corrupt = |index: NodeIndex| BuildError::CorruptNode { index: index.0 };
-    let placement = Placement::root(&root.bounds).ok_or(corrupt(root_index))?;
+    let placement = Placement::root(&root.bounds, quantization).ok_or(corrupt(root_index))?;
     // A node is popped before its two children are pushed, so depth + 1 entries are enough.
     let mut stack = Vec::<(NodeIndex, Placement), { MAX_DEPTH + 1 }>::new();
     let mut next = Some((root_index, placement));
@@ -59,16 +63,17 @@ pub fn compress_top_down<B: Bus, P: Probe>(
 
         let encode = |i: usize| {
             let subtree = &node.children[i];
-            placement.encode(&subtree.bounds, subtree.child, coordinates).ok_or(corrupt(index))
+            placement.encode(&subtree.bounds, subtree.child, quantization).ok_or(corrupt(index))
         };
         let (left, right) = (encode(0)?, encode(1)?);
         let pair = QuantizedPair { children: [left.0, right.0] };
-        let addr = target.record(index.0, QuantizedPair::BYTES as u32).ok_or(corrupt(index))?;
-        bus.write(addr, &pair.to_bytes()).map_err(failed(addr))?;
+        let addr = target.record(index.0, format.bytes()).ok_or(corrupt(index))?;
+        let bytes = pair.to_bytes(quantization.bits);
+        bus.write(addr, &bytes[..format.bytes() as usize]).map_err(failed(addr))?;
 
         for (child, cells) in [right, left] {
             if let Child::Inner(child_index) = child.child {
-                let entry = (child_index, placement.child(&cells));
+                let entry = (child_index, placement.child(&cells, quantization));
                 stack.push(entry).map_err(|_| corrupt(index))?;
             }
         }

@@ -13,7 +13,7 @@ mod quantized;
 
 pub use bvh2::{Bvh2Node, Bvh2View};
 pub use leaf::LeafEntry;
-pub use quantized::{QuantizedChild, QuantizedPair, QuantizedView};
+pub use quantized::{Coordinates, Quantization, QuantizedChild, QuantizedPair, QuantizedView};
 
 use crate::geom::Aabb;
 use crate::mem::Region;
@@ -62,10 +62,8 @@ pub enum NodeFormat {
     /// 64 bytes, two exact boxes: [`Bvh2Node`].
     #[default]
     Bvh2,
-    /// 16 bytes, two quantized boxes in coordinates relative to the parent: [`QuantizedPair`].
-    QuantizedRelative,
-    /// 16 bytes, two quantized boxes in modulo coordinates: [`QuantizedPair`].
-    QuantizedModulo,
+    /// 16 or 20 bytes, two quantized boxes: [`QuantizedPair`].
+    Quantized(Quantization),
 }
 
 impl NodeFormat {
@@ -73,7 +71,7 @@ impl NodeFormat {
     pub const fn bytes(self) -> u32 {
         match self {
             Self::Bvh2 => Bvh2Node::BYTES as u32,
-            Self::QuantizedRelative | Self::QuantizedModulo => QuantizedPair::BYTES as u32,
+            Self::Quantized(quantization) => quantization.node_bytes(),
         }
     }
 }

@@ -14,12 +14,13 @@ impl Traversable for Exact {
     type Bytes = [u8; Bvh2Node::BYTES];
     const EMPTY: Self::Bytes = [0; Bvh2Node::BYTES];
 
-    fn root(ray: &Ray, root: &Subtree) -> Option<(Slabs, ())> {
+    fn root(&self, ray: &Ray, root: &Subtree) -> Option<(Slabs, ())> {
         Some((Slabs::new(ray, &root.bounds), ()))
     }
 
     #[inline(always)]
     fn children(
+        &self,
         ray: &Ray,
         bytes: &Self::Bytes,
         (): &(),

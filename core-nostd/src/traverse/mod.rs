@@ -57,12 +57,9 @@ pub fn trace<B: Bus, P: Probe>(
 ) -> Result<Option<Hit>, TraceError<B::Error>> {
     use search::search;
     match scene.tree.format {
-        NodeFormat::Bvh2 => search::<bvh2::Exact, B, P>(bus, scene, ray, query, probe),
-        NodeFormat::QuantizedRelative => {
-            search::<quantized::Quantized<false>, B, P>(bus, scene, ray, query, probe)
-        }
-        NodeFormat::QuantizedModulo => {
-            search::<quantized::Quantized<true>, B, P>(bus, scene, ray, query, probe)
+        NodeFormat::Bvh2 => search(&bvh2::Exact, bus, scene, ray, query, probe),
+        NodeFormat::Quantized(quantization) => {
+            search(&quantized::Quantized(quantization), bus, scene, ray, query, probe)
         }
     }
 }

@@ -22,11 +22,12 @@ pub(super) trait Traversable {
     const EMPTY: Self::Bytes;
 
     /// The planes and the context of the root, or `None` if its box is off the grid.
-    fn root(ray: &Ray, root: &Subtree) -> Option<(Slabs, Self::Context)>;
+    fn root(&self, ray: &Ray, root: &Subtree) -> Option<(Slabs, Self::Context)>;
 
     /// The children whose boxes the ray passes, within `t <= t_max`, or `None` if the node is
     /// corrupt.
     fn children(
+        &self,
         ray: &Ray,
         bytes: &Self::Bytes,
         context: &Self::Context,
@@ -61,6 +62,7 @@ impl Best {
 /// child on a tie. Nodes and leaf entries are counted: a tree holds each once, so exceeding the
 /// count proves that memory is corrupt and bounds the work.
 pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
+    format: &F,
     bus: &mut B,
     scene: &Scene,
     ray: &Ray,
@@ -75,7 +77,7 @@ pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
         return Ok(None);
     }
     let root_corrupt = TraceError::CorruptNode { index: tree.node_count.saturating_sub(1) };
-    let (slabs, context) = F::root(ray, &root).ok_or(root_corrupt)?;
+    let (slabs, context) = format.root(ray, &root).ok_or(root_corrupt)?;
     probe.box_test();
     let Some(entry) = slabs.entry(ray, t_min, best.t_max) else { return Ok(None) };
 
@@ -106,12 +108,12 @@ pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
                     nodes_left -= 1;
                     let outside = TraceError::OutOfRegion { region: region_name(stride) };
                     let addr = tree.nodes.record(index, stride).ok_or(outside)?;
-                    bus.read(addr, bytes.as_mut())
+                    bus.read(addr, &mut bytes.as_mut()[..stride as usize])
                         .map_err(|error| TraceError::Bus { addr, error })?;
                     probe.node_fetch(addr, stride);
                     probe.box_test();
                     probe.box_test();
-                    let children = F::children(ray, &bytes, &context, best.t_max);
+                    let children = format.children(ray, &bytes, &context, best.t_max);
                     next = match children.ok_or(corrupt)? {
                         [Some(a), Some(b)] => {
                             let (near, far) = if a.entry <= b.entry { (a, b) } else { (b, a) };

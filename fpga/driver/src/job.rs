@@ -1,8 +1,9 @@
 //! What the accelerator can be asked to do, and the checks before it is asked.
 
-use xylem_core::compress::Coordinates;
 use xylem_core::mem::Region;
-use xylem_core::node::{Child, LeafEntry, NodeFormat, NodeIndex, QuantizedPair, Subtree, Tree};
+use xylem_core::node::{
+    Child, Coordinates, LeafEntry, NodeFormat, NodeIndex, Quantization, Subtree, Tree,
+};
 use xylem_core::num::MortonWidth;
 use xylem_core::pipeline::BuildRegions;
 use xylem_core::sort::{InputFormat, RecordFormat};
@@ -191,7 +192,7 @@ impl BuildJob {
     pub(crate) fn tree(&self, root: Subtree, node_count: u32, leaf_count: u32) -> Tree {
         let (format, nodes) = match &self.compressed {
             None => (NodeFormat::Bvh2, self.regions.nodes),
-            Some(compression) => (compression.coordinates.format(), compression.target),
+            Some(compression) => (compression.format(), compression.target),
         };
         Tree {
             format,
@@ -206,6 +207,12 @@ impl BuildJob {
 }
 
 impl Compression {
+    /// The format of the nodes: the accelerator's width of coordinates, 6 bits.
+    const fn format(&self) -> NodeFormat {
+        let coordinates = self.coordinates;
+        NodeFormat::Quantized(Quantization { coordinates, ..Quantization::RELATIVE })
+    }
+
     fn add_to(&self, setup: &mut Setup, can: &Capabilities) -> Result<(), ConfigError> {
         supported(can.features.compress(), "compressing")?;
         let depth = 1..=can.geometry.treelet_depth().into();
@@ -221,8 +228,8 @@ impl CompressJob {
     /// The tree that is there once the job is done: quantized nodes have the indices of the nodes
     /// that they came from, and share the leaf table.
     pub const fn tree(&self) -> Tree {
-        let Compression { target, coordinates, .. } = self.compression;
-        Tree { format: coordinates.format(), nodes: target, ..self.tree }
+        let Compression { target, .. } = self.compression;
+        Tree { format: self.compression.format(), nodes: target, ..self.tree }
     }
 
     pub(crate) fn setup(&self, can: &Capabilities) -> Result<Setup, ConfigError> {
@@ -235,7 +242,8 @@ impl CompressJob {
         setup.place(RegionId::Nodes, self.tree.nodes);
         let mut needed = [None; RegionId::ALL.len()];
         needed[RegionId::Nodes as usize] = Some(bytes(count, NodeFormat::Bvh2.bytes()));
-        needed[RegionId::Quantized as usize] = Some(bytes(count, QuantizedPair::BYTES as u32));
+        needed[RegionId::Quantized as usize] =
+            Some(bytes(count, Quantization::RELATIVE.node_bytes()));
         check_regions(&setup.regions, &needed)?;
         Ok(setup)
     }
@@ -248,15 +256,17 @@ impl TraceJob {
         require(self.ray_count > 0, ConfigError::Empty { what: "ray list" })?;
         let (node, present) = match self.tree.format {
             NodeFormat::Bvh2 => (regs::NodeFormat::Bvh2, can.features.node_bvh2()),
-            NodeFormat::QuantizedRelative | NodeFormat::QuantizedModulo => {
-                (regs::NodeFormat::Cbvh, can.features.node_cbvh())
-            }
+            NodeFormat::Quantized(_) => (regs::NodeFormat::Cbvh, can.features.node_cbvh()),
         };
         supported(present, "tracing this node format")?;
         let coords = match self.tree.format {
             NodeFormat::Bvh2 => regs::CoordMode::Relative,
-            NodeFormat::QuantizedRelative => coordinates(Coordinates::Relative, can)?,
-            NodeFormat::QuantizedModulo => coordinates(Coordinates::Modulo, can)?,
+            NodeFormat::Quantized(quantization) => {
+                let Quantization { coordinates: which, .. } = quantization;
+                let plain = Quantization { coordinates: which, ..Quantization::RELATIVE };
+                supported(quantization == plain, "this width or minimum scale of coordinates")?;
+                coordinates(which, can)?
+            }
         };
         let query = match self.query {
             Query::Closest => regs::Query::Closest,

@@ -5,7 +5,7 @@ mod fake;
 use fake::fixtures::{build_job, compression, polled, trace_job, tree, wired};
 use fake::{Fake, Outcome};
 use xylem_core::mem::{ByteAddr, Region};
-use xylem_core::node::{Child, NodeFormat, Tree};
+use xylem_core::node::{Child, NodeFormat, Quantization, Tree};
 use xylem_driver::{
     Completion, CompressJob, CountersError, JobError, MapVersion, Micros, NoInterrupt, ProbeError,
     ResultError, StartError, StopError, WaitError, Xylem,
@@ -110,7 +110,7 @@ fn a_compressing_build_writes_quantized_nodes_only() {
     xylem.wait(Micros(1000)).unwrap();
     fake.drive(RESULT_QUANTIZED, ResultCount::from_bits(7));
     let tree = xylem.built_tree(&job).unwrap();
-    assert_eq!((tree.format, tree.node_count), (NodeFormat::QuantizedModulo, 7));
+    assert_eq!((tree.format, tree.node_count), (NodeFormat::Quantized(Quantization::MODULO), 7));
     assert_eq!(tree.nodes, compression().target);
 }
 
@@ -127,7 +127,7 @@ fn a_compression_is_told_the_tree_and_its_root() {
     assert_eq!(fake.value(ROOT_LEAF_SIZE).count(), 0);
     assert_eq!(
         (job.tree().format, job.tree().nodes.base.0),
-        (NodeFormat::QuantizedModulo, 0x5_0000)
+        (NodeFormat::Quantized(Quantization::MODULO), 0x5_0000)
     );
 }
 

@@ -38,7 +38,7 @@ use core::fmt;
 use xylem_core::emit::CellConfig;
 use xylem_core::geom::{Ray, Triangle};
 use xylem_core::mem::{Bus, Region};
-use xylem_core::node::{MAX_LEAF_SIZE, NodeFormat};
+use xylem_core::node::{MAX_LEAF_SIZE, NodeFormat, Quantization};
 use xylem_core::num::{Grid, MortonWidth};
 use xylem_core::sort::{RecordFormat, SortConfig};
 use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
@@ -287,8 +287,11 @@ impl Header {
 }
 
 /// What the codes 0, 1, … of each setting stand for.
-const FORMATS: [NodeFormat; 3] =
-    [NodeFormat::Bvh2, NodeFormat::QuantizedRelative, NodeFormat::QuantizedModulo];
+const FORMATS: [NodeFormat; 3] = [
+    NodeFormat::Bvh2,
+    NodeFormat::Quantized(Quantization::RELATIVE),
+    NodeFormat::Quantized(Quantization::MODULO),
+];
 const QUERIES: [Query; 2] = [Query::Closest, Query::Any];
 const RECORDS: [RecordFormat; 3] =
     [RecordFormat::Box32, RecordFormat::Packed22, RecordFormat::Pair8];
@@ -361,7 +364,7 @@ mod tests {
         machine_traps: true,
         grid: Grid::DEFAULT,
         morton: MortonWidth::Bits63,
-        format: NodeFormat::QuantizedModulo,
+        format: NodeFormat::Quantized(Quantization::MODULO),
         query: Query::Any,
         sort: SortConfig {
             capacity: 64,

@@ -2,12 +2,12 @@
 
 use core::fmt;
 
-use xylem_core::compress::{Coordinates, compress_top_down};
+use xylem_core::compress::compress_top_down;
 use xylem_core::emit::Cell;
 use xylem_core::error::BuildError;
 use xylem_core::geom::{Ray, RayError};
 use xylem_core::mem::{Bus, Region};
-use xylem_core::node::NodeFormat;
+use xylem_core::node::{NodeFormat, Quantization};
 use xylem_core::pipeline::{self, BuildConfig};
 use xylem_core::probe::{Probe, Stage};
 use xylem_core::sort::{InputFormat, SortBuffers, Workspace};
@@ -150,12 +150,12 @@ pub fn run<B: Bus, C: Clock>(
         pipeline::build_with_top(bus, &config, &layout.build, count, workspace, top, &mut stages);
     let exact = built.map_err(JobError::Build)?;
     stages.stage(Stage::Compress);
-    let coordinates = match blob.header.format {
-        NodeFormat::QuantizedModulo => Coordinates::Modulo,
-        NodeFormat::Bvh2 | NodeFormat::QuantizedRelative => Coordinates::Relative,
+    let quantization = match blob.header.format {
+        NodeFormat::Bvh2 => Quantization::RELATIVE,
+        NodeFormat::Quantized(quantization) => quantization,
     };
     let quantized =
-        compress_top_down(bus, &exact, layout.quantized_nodes, coordinates, &mut stages)
+        compress_top_down(bus, &exact, layout.quantized_nodes, &quantization, &mut stages)
             .map_err(JobError::Build)?;
 
     stages.stage(Stage::Trace);

@@ -1,7 +1,7 @@
 //! Where the job puts things in the memory behind the blob.
 
 use xylem_core::mem::Region;
-use xylem_core::node::{Bvh2Node, LeafEntry, QuantizedPair, Tree};
+use xylem_core::node::{Bvh2Node, LeafEntry, Quantization, Tree};
 use xylem_core::pipeline::{BuildConfig, BuildRegions};
 use xylem_core::traverse::Hit;
 
@@ -42,7 +42,7 @@ impl Layout {
                 nodes: place(records(count, Bvh2Node::BYTES)),
                 leaf_table: place(records(count, LeafEntry::BYTES)),
             },
-            quantized_nodes: place(records(count, QuantizedPair::BYTES)),
+            quantized_nodes: place(records(count, Quantization::RELATIVE.node_bytes() as usize)),
             hits: place(records(blob.header.rays, Hit::BYTES)),
         };
         if used <= u64::from(blob.work.size) {
@@ -61,7 +61,11 @@ impl Layout {
         [
             first(self.build.leaf_table, tree.entry_count, LeafEntry::BYTES),
             first(self.build.nodes, tree.node_count, Bvh2Node::BYTES),
-            first(self.quantized_nodes, tree.node_count, QuantizedPair::BYTES),
+            first(
+                self.quantized_nodes,
+                tree.node_count,
+                Quantization::RELATIVE.node_bytes() as usize,
+            ),
             self.hits,
         ]
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use xylem_core::node::NodeFormat;
+use xylem_core::node::{NodeFormat, Quantization};
 use xylem_core::num::Grid;
 use xylem_core::traverse::{Query, Scene};
 
@@ -51,7 +51,10 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let up = args.up.unwrap_or(Up::Y);
 
     let mesh = options::load(args.scene.as_deref().unwrap_or(DEFAULT_SCENE), Grid::DEFAULT)?;
-    let build = BuildOptions { format: NodeFormat::QuantizedModulo, ..BuildOptions::default() };
+    let build = BuildOptions {
+        format: NodeFormat::Quantized(Quantization::MODULO),
+        ..BuildOptions::default()
+    };
     let run = options::build(&mesh, &build)?;
     let quality = run.check().map_err(|e| build_failed(&mesh, e))?;
     let trees = [("bvh2", run.exact), ("cbvh", run.scene)];

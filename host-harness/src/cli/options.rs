@@ -5,7 +5,7 @@ use std::fmt;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use xylem_core::emit::{CellConfig, EmitterKind, MAX_CHAIN, MAX_RADIUS, PlocConfig};
-use xylem_core::node::NodeFormat;
+use xylem_core::node::{NodeFormat, Quantization};
 use xylem_core::num::{Grid, MortonWidth};
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
@@ -218,8 +218,8 @@ impl TreeArgs {
         let compressed = compressed || self.format == Some(Format::Cbvh);
         let format = match (compressed, self.coords) {
             (false, _) => NodeFormat::Bvh2,
-            (true, Some(Coords::Relative)) => NodeFormat::QuantizedRelative,
-            (true, Some(Coords::Modulo) | None) => NodeFormat::QuantizedModulo,
+            (true, Some(Coords::Relative)) => NodeFormat::Quantized(Quantization::RELATIVE),
+            (true, Some(Coords::Modulo) | None) => NodeFormat::Quantized(Quantization::MODULO),
         };
         let mut config = BuildConfig {
             grid: self.grid(),

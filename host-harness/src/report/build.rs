@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 use xylem_core::emit::EmitterKind;
 use xylem_core::error::RegionName;
-use xylem_core::node::{LeafEntry, NodeFormat};
+use xylem_core::node::{Coordinates, LeafEntry, NodeFormat};
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::probe::Stage;
 use xylem_core::quality::Quality;
@@ -228,8 +228,10 @@ impl BuildReport {
     pub const fn format_words(format: NodeFormat) -> (&'static str, Option<&'static str>) {
         match format {
             NodeFormat::Bvh2 => ("bvh2", None),
-            NodeFormat::QuantizedRelative => ("cbvh", Some("relative")),
-            NodeFormat::QuantizedModulo => ("cbvh", Some("modulo")),
+            NodeFormat::Quantized(quantization) => match quantization.coordinates {
+                Coordinates::Relative => ("cbvh", Some("relative")),
+                Coordinates::Modulo => ("cbvh", Some("modulo")),
+            },
         }
     }
 
@@ -440,6 +442,7 @@ mod tests {
     use super::*;
     use crate::bus::{MEMORIES, MemoryTiming};
     use crate::scene::{LoadOptions, procedural};
+    use xylem_core::node::Quantization;
 
     fn report(scene: &str, options: &BuildOptions) -> BuildReport {
         let soup = procedural::soup(scene).unwrap().unwrap();
@@ -452,7 +455,7 @@ mod tests {
     #[test]
     fn stages_and_regions_add_up_to_the_totals_on_every_memory() {
         for memory in MEMORIES {
-            let format = NodeFormat::QuantizedModulo;
+            let format = NodeFormat::Quantized(Quantization::MODULO);
             let options = BuildOptions { memory, format, ..BuildOptions::default() };
             let report = report("terrain:6", &options);
             let sum = |bytes: fn(&StageReport) -> u64| report.stages.iter().map(bytes).sum::<u64>();

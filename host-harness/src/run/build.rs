@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use heapless::Vec as FixedVec;
-use xylem_core::compress::{Coordinates, compress_top_down};
+use xylem_core::compress::compress_top_down;
 use xylem_core::emit::Cell;
 use xylem_core::error::BuildError;
 use xylem_core::geom::Triangle;
@@ -185,11 +185,8 @@ pub fn job<B: Bus, P: Probe>(
     let target = layout.quantized_nodes;
     let tree = match options.format {
         NodeFormat::Bvh2 => exact,
-        NodeFormat::QuantizedRelative => {
-            compress_top_down(bus, &exact, target, Coordinates::Relative, probe)?
-        }
-        NodeFormat::QuantizedModulo => {
-            compress_top_down(bus, &exact, target, Coordinates::Modulo, probe)?
+        NodeFormat::Quantized(quantization) => {
+            compress_top_down(bus, &exact, target, &quantization, probe)?
         }
     };
     Ok((tree, exact))

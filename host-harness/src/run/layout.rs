@@ -49,7 +49,7 @@ impl Layout {
             nodes: place(records(Bvh2Node::BYTES)),
             leaf_table: place(records(LeafEntry::BYTES)),
         };
-        let quantized_nodes = place(records(QuantizedPair::BYTES));
+        let quantized_nodes = place(records(QuantizedPair::MAX_BYTES));
         let layout = Self { triangles, build, quantized_nodes, size };
         if overflow { Err(size) } else { Ok(layout) }
     }

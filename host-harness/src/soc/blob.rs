@@ -2,7 +2,7 @@
 
 use xylem_core::emit::CellConfig;
 use xylem_core::geom::{Ray, Triangle};
-use xylem_core::node::{MAX_LEAF_SIZE, NodeFormat};
+use xylem_core::node::{MAX_LEAF_SIZE, NodeFormat, Quantization};
 use xylem_core::num::{Grid, MortonWidth};
 use xylem_core::sort::SortConfig;
 use xylem_core::toplevel::TopLevel;
@@ -47,7 +47,7 @@ impl Default for SceneBlob {
         Self {
             grid: Grid::DEFAULT,
             morton: MortonWidth::Bits30,
-            format: NodeFormat::QuantizedRelative,
+            format: NodeFormat::Quantized(Quantization::RELATIVE),
             query: Query::Closest,
             sort: SortConfig { capacity: 2048, burst: 16, ..SortConfig::PAPER },
             max_leaf_size: MAX_LEAF_SIZE,

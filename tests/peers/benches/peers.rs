@@ -22,7 +22,7 @@ use xylem::bus::FlatMemory;
 use xylem::run::{self, Buffers, BuildOptions};
 use xylem::scene::{self, Camera, GridRay, LoadOptions, Mesh, SceneRay, UpAxis};
 use xylem_core::geom::Ray;
-use xylem_core::node::NodeFormat;
+use xylem_core::node::{NodeFormat, Quantization};
 use xylem_core::traverse::{Query, trace};
 
 const RAYS: u32 = 128;
@@ -81,7 +81,9 @@ fn bench_build(criterion: &mut Criterion, subject: &Subject) {
     let triangles = &subject.mesh.triangles;
     let mut group = criterion.benchmark_group(format!("build {}", subject.name));
     group.throughput(Throughput::Elements(triangles.len() as u64));
-    for (name, format) in [("xylem", NodeFormat::Bvh2), ("xylem16", NodeFormat::QuantizedModulo)] {
+    for (name, format) in
+        [("xylem", NodeFormat::Bvh2), ("xylem16", NodeFormat::Quantized(Quantization::MODULO))]
+    {
         let options = BuildOptions { format, ..BuildOptions::default() };
         let (mut memory, layout) = run::load(triangles, &options.config).unwrap();
         let mut buffers = Buffers::new(&options.config);
@@ -116,7 +118,7 @@ fn bench_trace(criterion: &mut Criterion, subject: &Subject) {
         run::build(&mesh.triangles, &options).unwrap()
     };
     let exact = build(NodeFormat::Bvh2);
-    let modulo = build(NodeFormat::QuantizedModulo);
+    let modulo = build(NodeFormat::Quantized(Quantization::MODULO));
     let soup = obvhs_triangles(mesh);
     let params = BvhBuildParams::medium_build();
     let peer = build_bvh2_from_tris(&soup, params, &mut Duration::default());

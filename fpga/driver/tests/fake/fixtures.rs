@@ -1,10 +1,9 @@
 //! A device and jobs that it takes, for the tests to vary.
 
 use glam::IVec3;
-use xylem_core::compress::Coordinates;
 use xylem_core::geom::Aabb;
 use xylem_core::mem::Region;
-use xylem_core::node::{Child, NodeFormat, NodeIndex, Subtree, Tree};
+use xylem_core::node::{Child, Coordinates, NodeFormat, NodeIndex, Subtree, Tree};
 use xylem_core::num::MortonWidth;
 use xylem_core::pipeline::BuildRegions;
 use xylem_core::sort::{InputFormat, RecordFormat};
