@@ -293,9 +293,7 @@ fn merge_pass<B: Bus, P: Probe>(
             probe,
         )?;
         while let Some(item) = merge.next(bus, probe)? {
-            let mut record = [0; RecordFormat::MAX_BYTES];
-            config.record.encode(&item, &mut record);
-            writer.push(bus, &record[..config.record.bytes() as usize])?;
+            config.record.push(&item, bus, &mut writer)?;
         }
         first = end;
     }

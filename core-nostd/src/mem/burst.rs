@@ -1,7 +1,5 @@
 //! A write buffer that turns a stream of records into bursts.
 
-use heapless::Vec;
-
 use super::{Bus, Region};
 use crate::error::{BuildError, RegionName};
 use crate::probe::Stage;
@@ -20,7 +18,8 @@ pub struct BurstWriter {
     stage: Stage,
     burst: usize,
     written: u32,
-    pending: Vec<u8, MAX_BURST_BYTES>,
+    pending: usize,
+    buffer: [u8; MAX_BURST_BYTES],
 }
 
 impl BurstWriter {
@@ -28,7 +27,7 @@ impl BurstWriter {
     /// [`MAX_BURST_BYTES`]. `name` and `stage` are for its errors.
     pub const fn new(region: Region, name: RegionName, stage: Stage, burst: usize) -> Self {
         let burst = if burst > MAX_BURST_BYTES { MAX_BURST_BYTES } else { burst };
-        Self { region, name, stage, burst, written: 0, pending: Vec::new() }
+        Self { region, name, stage, burst, written: 0, pending: 0, buffer: [0; MAX_BURST_BYTES] }
     }
 
     /// Makes `stage` the one that errors name from now on.
@@ -42,20 +41,40 @@ impl BurstWriter {
     /// [`BuildError::RegionFull`] if the record would leave the region; those before it are written
     /// first. [`BuildError::Bus`] if a burst had to be written first and failed.
     #[inline]
-    pub fn push<B: Bus>(&mut self, bus: &mut B, record: &[u8]) -> Result<(), BuildError<B::Error>> {
-        let len = self.written + self.pending.len() as u32;
-        if self.region.at(len, record.len() as u32).is_none() {
+    pub fn push<B: Bus, const N: usize>(
+        &mut self,
+        bus: &mut B,
+        record: &[u8; N],
+    ) -> Result<(), BuildError<B::Error>> {
+        *self.reserve(bus)? = *record;
+        Ok(())
+    }
+
+    /// Accepts one record that the caller writes in the place given, which spares a copy.
+    ///
+    /// # Errors
+    /// As [`BurstWriter::push`].
+    #[inline]
+    pub fn reserve<B: Bus, const N: usize>(
+        &mut self,
+        bus: &mut B,
+    ) -> Result<&mut [u8; N], BuildError<B::Error>> {
+        let len = self.written + self.pending as u32;
+        if self.region.at(len, N as u32).is_none() {
             self.flush(bus)?;
             return Err(BuildError::RegionFull {
                 region: self.name,
-                needed: u64::from(len) + record.len() as u64,
+                needed: u64::from(len) + N as u64,
                 available: self.region.size,
             });
         }
-        if self.pending.len() + record.len() > self.burst {
+        if self.pending + N > self.burst {
             self.flush(bus)?;
         }
-        self.pending.extend_from_slice(record).map_err(|_| BuildError::Internal)
+        let place = self.buffer.get_mut(self.pending..).and_then(|free| free.first_chunk_mut());
+        let place = place.ok_or(BuildError::Internal)?;
+        self.pending += N;
+        Ok(place)
     }
 
     /// Writes what is pending.
@@ -63,15 +82,16 @@ impl BurstWriter {
     /// # Errors
     /// [`BuildError::Bus`] if the burst failed; it stays pending.
     pub fn flush<B: Bus>(&mut self, bus: &mut B) -> Result<(), BuildError<B::Error>> {
-        if self.pending.is_empty() {
+        if self.pending == 0 {
             return Ok(());
         }
-        let len = self.pending.len() as u32;
+        let len = self.pending as u32;
+        let pending = self.buffer.get(..self.pending).ok_or(BuildError::Internal)?;
         let addr = self.region.at(self.written, len).ok_or(BuildError::Internal)?;
         let stage = self.stage;
-        bus.write(addr, &self.pending).map_err(|error| BuildError::Bus { stage, addr, error })?;
+        bus.write(addr, pending).map_err(|error| BuildError::Bus { stage, addr, error })?;
         self.written += len;
-        self.pending.clear();
+        self.pending = 0;
         Ok(())
     }
 }
@@ -80,6 +100,7 @@ impl BurstWriter {
 mod tests {
     use super::super::ByteAddr;
     use super::*;
+    use heapless::Vec;
 
     #[derive(Default)]
     struct Log {

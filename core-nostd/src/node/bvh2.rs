@@ -45,6 +45,13 @@ impl Bvh2Node {
     #[inline]
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];
+        self.write(&mut bytes);
+        bytes
+    }
+
+    /// Writes the node to `bytes`.
+    #[inline]
+    pub fn write(&self, bytes: &mut [u8; Self::BYTES]) {
         for (i, Subtree { bounds, child }) in self.children.iter().enumerate() {
             let corners = [bounds.min, bounds.max];
             let words = corners.iter().flat_map(|corner| corner.to_array());
@@ -58,7 +65,6 @@ impl Bvh2Node {
             bytes[field::index(i)].copy_from_slice(&index.to_le_bytes());
             bytes[field::size(i)].copy_from_slice(&size.to_le_bytes());
         }
-        bytes
     }
 }
 

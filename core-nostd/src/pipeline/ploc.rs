@@ -238,7 +238,7 @@ impl<B: Bus> Port for OutputPort<'_, B> {
     #[inline]
     fn node(&mut self, node: &Bvh2Node) -> Result<NodeIndex, Self::Error> {
         let Outputs { nodes, tree, .. } = &mut *self.outputs;
-        nodes.push(self.bus, &node.to_bytes())?;
+        node.write(nodes.reserve(self.bus)?);
         let index = NodeIndex(tree.node_count);
         tree.node_count += 1;
         Ok(index)
@@ -251,9 +251,7 @@ impl<B: Bus> Port for OutputPort<'_, B> {
             let place = self.scratchpad.get_mut(self.outputs.clusters as usize);
             *place.ok_or(BuildError::Internal)? = record;
         } else {
-            let mut bytes = [0; RecordFormat::MAX_BYTES];
-            RecordFormat::encode_cluster(&record, &mut bytes);
-            self.outputs.list.push(self.bus, &bytes)?;
+            RecordFormat::encode_cluster(&record, self.outputs.list.reserve(self.bus)?);
         }
         self.outputs.clusters += 1;
         self.outputs.last = Some(*cluster);

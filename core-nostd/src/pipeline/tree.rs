@@ -181,7 +181,7 @@ fn write_step<B: Bus>(
     step: &Step,
 ) -> Result<(), BuildError<B::Error>> {
     match step {
-        Step::Node(node) => nodes.push(bus, &node.to_bytes())?,
+        Step::Node(node) => node.write(nodes.reserve(bus)?),
         Step::JoinLeaves { entries } => leaf_table.unmark(*entries),
         Step::Push | Step::Cell(_) | Step::Root(_) | Step::Idle => {}
     }
@@ -237,7 +237,7 @@ impl<B: Bus> NodeSink for TopSink<'_, B> {
     type Error = BuildError<B::Error>;
 
     fn node(&mut self, node: &Bvh2Node) -> Result<NodeIndex, Self::Error> {
-        self.nodes.push(self.bus, &node.to_bytes())?;
+        node.write(self.nodes.reserve(self.bus)?);
         let index = NodeIndex(self.count);
         self.count += 1;
         Ok(index)

@@ -1,5 +1,7 @@
 //! The merge heap: the lowest of many runs' heads, replaced by its successor.
 
+use core::hint::select_unpredictable;
+
 use heapless::VecView;
 
 /// One entry of the merge heap: a Morton code and the run it came from.
@@ -89,14 +91,13 @@ impl<'a> ReplaceHeap<'a> {
         let mut from = matches.len() + entry.slot as usize;
         while from > 1 {
             let Some(other) = matches.get_mut(from / 2) else { break };
-            // Who comes from the right has the higher slot and loses a tie. Swapped by a mask, not a
-            // branch: who loses cannot be predicted.
-            let from_right = (from & 1) as u64;
-            let swap = 0u64.wrapping_sub(u64::from(other.code < low.code + from_right));
-            let code = (other.code ^ low.code) & swap;
-            let slot = (other.slot ^ low.slot) & swap as u32;
-            *other = HeapEntry { code: other.code ^ code, slot: other.slot ^ slot };
-            low = HeapEntry { code: low.code ^ code, slot: low.slot ^ slot };
+            // Who comes from the right has the higher slot and loses a tie.
+            let swap = other.code < low.code + (from & 1) as u64;
+            let (a, b) = (low, *other);
+            low.code = select_unpredictable(swap, b.code, a.code);
+            low.slot = select_unpredictable(swap, b.slot, a.slot);
+            other.code = select_unpredictable(swap, a.code, b.code);
+            other.slot = select_unpredictable(swap, a.slot, b.slot);
             from /= 2;
         }
         if let Some(top) = matches.first_mut() {

@@ -10,24 +10,29 @@ pub const MAX_BLOCK: usize = 2 * MAX_BURST;
 /// codes keep their order. Both are equally long.
 ///
 /// This is the pre-sorter of P2 §5.5, which does one compare-and-swap a cycle; the probe is told of
-/// each. Codes move through the sort with their places, and the records move once at the end.
+/// each. Here every record's place is counted, as no branch of that depends on codes, and records
+/// move once.
 pub fn insertion_sort<P: Probe>(block: &[Item], sorted: &mut [Item], probe: &mut P) {
-    let mut order = [(0u64, 0u8); MAX_BLOCK];
-    let len = block.len().min(MAX_BLOCK);
-    for (end, &Item { code, .. }) in block[..len].iter().enumerate() {
-        let mut hole = end;
-        while hole > 0 {
-            probe.compare_swap();
-            if order[hole - 1].0 <= code {
-                break;
-            }
-            order[hole] = order[hole - 1];
-            hole -= 1;
+    let mut codes = [0; MAX_BLOCK];
+    let mut places = [0u64; MAX_BLOCK];
+    for (end, item) in block.iter().enumerate().take(MAX_BLOCK) {
+        let mut place = 0;
+        for (earlier, code) in places.iter_mut().zip(&codes[..end]) {
+            let stays = u64::from(*code <= item.code);
+            place += stays;
+            *earlier += 1 - stays;
         }
-        order[hole] = (code, end as u8);
+        codes[end] = item.code;
+        places[end] = place;
+        // A code is compared with those that it passes and with the one that stops it.
+        for _ in 0..end.min(end - place as usize + 1) {
+            probe.compare_swap();
+        }
     }
-    for (to, (_, from)) in sorted.iter_mut().zip(&order[..len]) {
-        *to = block[usize::from(*from)];
+    for (item, place) in block.iter().zip(places) {
+        if let Some(to) = sorted.get_mut(place as usize) {
+            *to = *item;
+        }
     }
 }
 

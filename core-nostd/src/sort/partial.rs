@@ -1,7 +1,7 @@
 //! The partial sort: one scratchpad of primitives in, one sorted run out.
 
 use super::insertion::{MAX_BLOCK, insertion_sort};
-use super::{Item, MultiMerge, PrimitiveReader, RecordFormat, SortConfig, Workspace};
+use super::{Item, MultiMerge, PrimitiveReader, SortConfig, Workspace};
 use crate::error::{BuildError, RegionName};
 use crate::mem::{BurstWriter, Bus, Region};
 use crate::probe::{Probe, Stage};
@@ -43,9 +43,7 @@ pub(crate) fn partial_sort<B: Bus, P: Probe>(
         let mut merge =
             MultiMerge::over_blocks(config, workspace, reader.decoder.coder, len, probe)?;
         while let Some(item) = merge.next(bus, probe)? {
-            let mut record = [0; RecordFormat::MAX_BYTES];
-            config.record.encode(&item, &mut record);
-            writer.push(bus, &record[..config.record.bytes() as usize])?;
+            config.record.push(&item, bus, &mut writer)?;
         }
         first += len;
     }

@@ -5,7 +5,7 @@ use glam::IVec3;
 use super::MAX_BURST;
 use crate::error::{BuildError, RegionName};
 use crate::geom::{Aabb, PrimIndex, Triangle};
-use crate::mem::{Bus, Region};
+use crate::mem::{BurstWriter, Bus, Region};
 use crate::num::{Grid, MortonCoder};
 use crate::probe::Stage;
 
@@ -88,14 +88,14 @@ impl RecordFormat {
     /// The longest record, in bytes.
     pub const MAX_BYTES: usize = 32;
 
-    /// Writes `item` to the start of `bytes`.
+    /// Writes `item` to the start of `bytes`, which have room for a record.
     #[inline]
-    pub fn encode(self, item: &Item, bytes: &mut [u8; Self::MAX_BYTES]) {
+    pub fn encode(self, item: &Item, bytes: &mut [u8]) {
         match self {
             Self::Box32 => {
                 write_box(&item.bounds, bytes);
                 bytes[24..28].copy_from_slice(&item.reference.to_le_bytes());
-                bytes[28..].fill(0);
+                bytes[28..32].fill(0);
             }
             Self::Packed22 => {
                 let corners = [item.bounds.min, item.bounds.max];
@@ -110,6 +110,25 @@ impl RecordFormat {
                 bytes[4..8].copy_from_slice(&item.reference.to_le_bytes());
             }
         }
+    }
+
+    /// Accepts `item` in a burst writer.
+    ///
+    /// # Errors
+    /// As [`BurstWriter::push`].
+    #[inline]
+    pub(crate) fn push<B: Bus>(
+        self,
+        item: &Item,
+        bus: &mut B,
+        writer: &mut BurstWriter,
+    ) -> Result<(), BuildError<B::Error>> {
+        match self {
+            Self::Box32 => self.encode(item, writer.reserve::<B, 32>(bus)?),
+            Self::Packed22 => self.encode(item, writer.reserve::<B, 22>(bus)?),
+            Self::Pair8 => self.encode(item, writer.reserve::<B, 8>(bus)?),
+        }
+        Ok(())
     }
 
     /// Writes a cluster's record, which has its code in the last 4 bytes.
