@@ -72,6 +72,15 @@ impl Cell {
         size: 0,
     };
 
+    /// The cell of node number `node` over this cell and the next one, with box `bounds`.
+    #[inline]
+    fn over(&self, next: &Self, bounds: Aabb, node: u32) -> Self {
+        let subtree = Subtree { bounds, child: Child::Inner(NodeIndex(node)) };
+        // No deeper than the stack can get, but for unsorted input.
+        let depth = self.depth.max(next.depth).saturating_add(1);
+        Self { subtree, level: next.level, depth, size: self.size + next.size }
+    }
+
     /// Whether this is a leaf that ends in front of entry `end`: the last one closed, if that is where
     /// the closed ones end, and not one that comes from a buffer.
     fn is_leaf_before(&self, end: u32) -> bool {
@@ -302,6 +311,50 @@ impl Emitter {
         Some(LeafEntry { primitive: last, last: true })
     }
 
+    /// Whether all that comes out are nodes and the root: no cells, and no leaves to join.
+    #[inline]
+    pub const fn is_plain(&self) -> bool {
+        !self.cells && self.join_leaves <= 1
+    }
+
+    /// Does all stack operations up to the next primitive, as one [`Emitter::step`] after the other
+    /// does them in a [plain](Emitter::is_plain) emitter; `write` receives the children of each
+    /// node. Gives the root if the input has ended.
+    ///
+    /// # Errors
+    /// Those of `write`; the emitter must then be given up.
+    #[inline]
+    pub fn settle<P: Probe, E>(
+        &mut self,
+        probe: &mut P,
+        mut write: impl FnMut(&Subtree, &Subtree) -> Result<(), E>,
+    ) -> Result<Option<Subtree>, E> {
+        let Some(mut pending) = self.pending.take() else { return Ok(None) };
+        while let Some(top) = self.stack.last()
+            && top.level <= pending.level
+        {
+            probe.emit_node();
+            write(&top.subtree, &pending.subtree)?;
+            let bounds = top.subtree.bounds.union(&pending.subtree.bounds);
+            pending = top.over(&pending, bounds, self.nodes);
+            self.stack.pop();
+            self.nodes += 1;
+        }
+        if pending.level > self.threshold {
+            return Ok(Some(pending.subtree));
+        }
+        self.push(pending, probe);
+        Ok(None)
+    }
+
+    #[inline]
+    fn push<P: Probe>(&mut self, cell: Cell, probe: &mut P) {
+        // Cannot be full: see MAX_DEPTH.
+        let pushed = self.stack.push(cell).is_ok();
+        debug_assert!(pushed, "levels on the stack are distinct");
+        probe.emit_push(self.stack.len());
+    }
+
     /// Does one stack operation: combines the pending subtree with the top of the stack, or pushes
     /// it.
     #[inline]
@@ -321,14 +374,9 @@ impl Emitter {
                 return Step::JoinLeaves { entries: pending.size };
             }
             let node = Bvh2Node { children: [top.subtree, pending.subtree] };
-            let child = Child::Inner(NodeIndex(self.nodes));
-            // No deeper than the stack can get, but for unsorted input.
-            let depth = top.depth.max(pending.depth).saturating_add(1);
-            let size = top.size + pending.size;
+            self.pending = Some(top.over(&pending, bounds, self.nodes));
             self.stack.pop();
             self.nodes += 1;
-            let subtree = Subtree { bounds, child };
-            self.pending = Some(Cell { subtree, depth, size, ..pending });
             probe.emit_node();
             return Step::Node(node);
         }
@@ -336,10 +384,7 @@ impl Emitter {
         if pending.level > self.threshold {
             return if self.cells { Step::Cell(pending) } else { Step::Root(pending.subtree) };
         }
-        // Cannot be full: see MAX_DEPTH.
-        let pushed = self.stack.push(pending).is_ok();
-        debug_assert!(pushed, "levels on the stack are distinct");
-        probe.emit_push(self.stack.len());
+        self.push(pending, probe);
         Step::Push
     }
 }

@@ -52,7 +52,13 @@ impl Bvh2Node {
     /// Writes the node to `bytes`.
     #[inline]
     pub fn write(&self, bytes: &mut [u8; Self::BYTES]) {
-        for (i, Subtree { bounds, child }) in self.children.iter().enumerate() {
+        Self::write_children(self.children.each_ref(), bytes);
+    }
+
+    /// Writes the node over `children` to `bytes`.
+    #[inline]
+    pub fn write_children(children: [&Subtree; 2], bytes: &mut [u8; Self::BYTES]) {
+        for (i, Subtree { bounds, child }) in children.into_iter().enumerate() {
             let corners = [bounds.min, bounds.max];
             let words = corners.iter().flat_map(|corner| corner.to_array());
             for (four, c) in bytes[field::bounds(i)].chunks_exact_mut(4).zip(words) {

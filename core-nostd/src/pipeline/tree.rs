@@ -111,6 +111,13 @@ impl<'a> TreeWriter<'a> {
         bus: &mut B,
         probe: &mut P,
     ) -> Result<Option<Subtree>, BuildError<B::Error>> {
+        if self.emitter.is_plain() {
+            let nodes = &mut self.nodes;
+            return self.emitter.settle(probe, |first, second| {
+                Bvh2Node::write_children([first, second], nodes.reserve(bus)?);
+                Ok(())
+            });
+        }
         while !self.emitter.is_ready() {
             match self.emitter.step(probe) {
                 Step::Root(root) => return Ok(Some(root)),

@@ -11,11 +11,12 @@ use crate::probe::Stage;
 
 /// A primitive on its way through the sorter: 256 bits in P2 §5.1, with a 32-bit code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(C)]
 pub struct Item {
-    /// The Morton code of the box's centre.
-    pub code: u64,
     /// The box.
     pub bounds: Aabb,
+    /// The Morton code of the box's centre.
+    pub code: u64,
     /// What the leaf table will hold: the primitive's reference, at most 31 bits.
     pub reference: u32,
 }
