@@ -55,6 +55,11 @@ impl MortonCoder {
         }
     }
 
+    /// How many bits a code has.
+    pub const fn bits(&self) -> u32 {
+        if self.wide { MortonWidth::Bits63.bits() } else { MortonWidth::Bits30.bits() }
+    }
+
     /// The code of the box from `min` to `max`, both on the grid.
     #[inline]
     pub fn code(&self, min: IVec3, max: IVec3) -> u64 {

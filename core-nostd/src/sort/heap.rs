@@ -35,21 +35,30 @@ impl HeapEntry {
 #[derive(Debug)]
 pub struct ReplaceHeap<'a> {
     matches: &'a mut VecView<HeapEntry>,
+    /// Codes have at most 32 bits, and the slot is kept below the code: one key to compare.
+    packed: bool,
 }
 
+/// How far a code is above its slot in a packed key. What is infinite comes above all codes.
+const PACKED_SHIFT: u32 = 31;
+
 impl<'a> ReplaceHeap<'a> {
-    /// A heap for `slots` slots in the given storage, which must hold as many as the next power of
-    /// two; what it held is dropped.
+    /// A heap for `slots` slots and codes of `code_bits` bits in the given storage, which must hold
+    /// as many entries as the next power of two; what it held is dropped.
     ///
     /// # Errors
     /// The number of entries that the storage lacks.
-    pub fn new(storage: &'a mut VecView<HeapEntry>, slots: usize) -> Result<Self, usize> {
+    pub fn new(
+        storage: &'a mut VecView<HeapEntry>,
+        slots: usize,
+        code_bits: u32,
+    ) -> Result<Self, usize> {
         let players = slots.next_power_of_two();
         storage.clear();
         storage
             .resize(players, HeapEntry::VACANT)
             .map_err(|_| players.saturating_sub(storage.capacity()))?;
-        let mut heap = Self { matches: storage };
+        let mut heap = Self { matches: storage, packed: code_bits <= 32 };
         for slot in slots as u32..players as u32 {
             heap.insert(HeapEntry { code: HeapEntry::INFINITE, slot });
         }
@@ -59,12 +68,31 @@ impl<'a> ReplaceHeap<'a> {
     /// The lowest entry, once every slot has been inserted.
     #[inline]
     pub fn top(&self) -> Option<HeapEntry> {
-        self.matches.first().copied().filter(|top| top.slot != HeapEntry::VACANT.slot)
+        let top = self.matches.first().filter(|top| top.slot != HeapEntry::VACANT.slot)?;
+        if !self.packed {
+            return Some(*top);
+        }
+        let slot = top.code as u32 & ((1 << PACKED_SHIFT) - 1);
+        let infinite = top.code & HeapEntry::INFINITE != 0;
+        let code = if infinite { HeapEntry::INFINITE } else { top.code >> PACKED_SHIFT };
+        Some(HeapEntry { code, slot })
+    }
+
+    /// The entry as it is kept.
+    #[inline]
+    fn pack(&self, entry: HeapEntry) -> HeapEntry {
+        if !self.packed {
+            return entry;
+        }
+        let infinite = HeapEntry::INFINITE >> PACKED_SHIFT;
+        let code = entry.code.min(infinite) << PACKED_SHIFT | u64::from(entry.slot);
+        HeapEntry { code, ..entry }
     }
 
     /// Enters a slot, each once: it plays its way up until it has to wait for an opponent. A slot
     /// outside the heap is ignored.
     pub fn insert(&mut self, mut entry: HeapEntry) {
+        entry = self.pack(entry);
         let matches = self.matches.as_mut_slice();
         let mut place = (matches.len() + entry.slot as usize) / 2;
         while let Some(other) = matches.get_mut(place) {
@@ -86,9 +114,14 @@ impl<'a> ReplaceHeap<'a> {
         if self.top().is_none_or(|top| top.slot != entry.slot) {
             return;
         }
+        let mut low = self.pack(entry);
         let matches = self.matches.as_mut_slice();
-        let mut low = entry;
         let mut from = matches.len() + entry.slot as usize;
+        while self.packed && from > 1 {
+            let Some(other) = matches.get_mut(from / 2) else { break };
+            (low.code, other.code) = (low.code.min(other.code), low.code.max(other.code));
+            from /= 2;
+        }
         while from > 1 {
             let Some(other) = matches.get_mut(from / 2) else { break };
             // Who comes from the right has the higher slot and loses a tie.
@@ -118,7 +151,7 @@ mod tests {
     #[test]
     fn tops_come_out_in_order_with_ties_by_slot() {
         let mut storage = Vec::<HeapEntry, 8>::new();
-        let mut heap = ReplaceHeap::new(&mut storage, 6).unwrap();
+        let mut heap = ReplaceHeap::new(&mut storage, 6, 30).unwrap();
         for (slot, code) in [5, 3, 9, 3, 7, 3].into_iter().enumerate() {
             assert_eq!(heap.top(), None);
             heap.insert(entry(code, slot as u32));
@@ -137,7 +170,7 @@ mod tests {
     #[test]
     fn slots_may_enter_in_any_order() {
         let mut storage = Vec::<HeapEntry, 4>::new();
-        let mut heap = ReplaceHeap::new(&mut storage, 4).unwrap();
+        let mut heap = ReplaceHeap::new(&mut storage, 4, 30).unwrap();
         for slot in [2, 0, 3, 1] {
             heap.insert(entry(10 - u64::from(slot), slot));
         }
@@ -149,25 +182,25 @@ mod tests {
     #[test]
     fn one_slot_is_a_heap_and_none_has_no_finite_top() {
         let mut storage = Vec::<HeapEntry, 4>::new();
-        let mut heap = ReplaceHeap::new(&mut storage, 1).unwrap();
+        let mut heap = ReplaceHeap::new(&mut storage, 1, 30).unwrap();
         heap.insert(entry(4, 0));
         assert_eq!(heap.top(), Some(entry(4, 0)));
         heap.replace(entry(6, 0));
         assert_eq!(heap.top(), Some(entry(6, 0)));
-        let heap = ReplaceHeap::new(&mut storage, 0).unwrap();
+        let heap = ReplaceHeap::new(&mut storage, 0, 30).unwrap();
         assert!(heap.top().is_none_or(|top| top.code == HeapEntry::INFINITE));
     }
 
     #[test]
     fn storage_that_is_too_small_is_refused_with_what_it_lacks() {
         let mut storage = Vec::<HeapEntry, 6>::new();
-        assert_eq!(ReplaceHeap::new(&mut storage, 5).unwrap_err(), 2);
+        assert_eq!(ReplaceHeap::new(&mut storage, 5, 30).unwrap_err(), 2);
     }
 
     #[test]
     fn replacing_another_slot_or_too_early_does_nothing() {
         let mut storage = Vec::<HeapEntry, 2>::new();
-        let mut heap = ReplaceHeap::new(&mut storage, 2).unwrap();
+        let mut heap = ReplaceHeap::new(&mut storage, 2, 30).unwrap();
         heap.replace(entry(1, 1));
         heap.insert(entry(5, 0));
         heap.insert(entry(6, 1));

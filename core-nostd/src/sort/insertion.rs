@@ -10,28 +10,40 @@ pub const MAX_BLOCK: usize = 2 * MAX_BURST;
 /// codes keep their order. Both are equally long.
 ///
 /// This is the pre-sorter of P2 §5.5, which does one compare-and-swap a cycle; the probe is told of
-/// each. Here every record's place is counted, as no branch of that depends on codes, and records
-/// move once.
+/// each. Here the codes before each record's are counted, as no branch of that depends on a code, and
+/// records move once.
 pub fn insertion_sort<P: Probe>(block: &[Item], sorted: &mut [Item], probe: &mut P) {
-    let mut codes = [0; MAX_BLOCK];
-    let mut places = [0u64; MAX_BLOCK];
-    for (end, item) in block.iter().enumerate().take(MAX_BLOCK) {
-        let mut place = 0;
-        for (earlier, code) in places.iter_mut().zip(&codes[..end]) {
-            let stays = u64::from(*code <= item.code);
-            place += stays;
-            *earlier += 1 - stays;
-        }
-        codes[end] = item.code;
-        places[end] = place;
-        // A code is compared with those that it passes and with the one that stops it.
-        for _ in 0..end.min(end - place as usize + 1) {
-            probe.compare_swap();
-        }
+    let block = &block[..block.len().min(MAX_BLOCK)];
+    let narrow = block.iter().fold(0, |all, item| all | item.code) <= i32::MAX as u64;
+    if narrow {
+        place(block, sorted, |item| item.code as i32, probe);
+    } else {
+        place(block, sorted, |item| item.code as i64, probe);
     }
-    for (item, place) in block.iter().zip(places) {
-        if let Some(to) = sorted.get_mut(place as usize) {
+}
+
+/// The same for one type of keys, which have the order of the codes.
+#[inline]
+fn place<K: Copy + Default + Ord, P: Probe>(
+    block: &[Item],
+    sorted: &mut [Item],
+    key: impl Fn(&Item) -> K,
+    probe: &mut P,
+) {
+    let mut keys = [K::default(); MAX_BLOCK];
+    for (to, item) in keys.iter_mut().zip(block) {
+        *to = key(item);
+    }
+    let keys = &keys[..block.len()];
+    for (i, (item, key)) in block.iter().zip(keys).enumerate() {
+        let stay: u32 = keys[..i].iter().map(|other| u32::from(other <= key)).sum();
+        let pass: u32 = keys[i + 1..].iter().map(|other| u32::from(other < key)).sum();
+        if let Some(to) = sorted.get_mut((stay + pass) as usize) {
             *to = *item;
+        }
+        // It is compared with those before it that it passes, and with the one that stops it.
+        for _ in 0..i.min(i - stay as usize + 1) {
+            probe.compare_swap();
         }
     }
 }

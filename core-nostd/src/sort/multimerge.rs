@@ -47,6 +47,16 @@ struct Source {
     coder: MortonCoder,
 }
 
+impl Source {
+    /// The most bits that a code of a record can have; a pair's are what memory says.
+    const fn code_bits(&self) -> u32 {
+        match self.record {
+            RecordFormat::Pair8 => 32,
+            RecordFormat::Box32 | RecordFormat::Packed22 => self.coder.bits(),
+        }
+    }
+}
+
 impl<'a> MultiMerge<'a> {
     /// Starts merging the runs that lie one after the other in records `first .. end` of `region`,
     /// each `run` records long (the last one may be shorter). There are at most
@@ -119,7 +129,7 @@ impl<'a> MultiMerge<'a> {
         slots: u32,
     ) -> Result<Self, BuildError<E>> {
         workspace.queues.clear();
-        let heap = ReplaceHeap::new(workspace.heap, slots as usize);
+        let heap = ReplaceHeap::new(workspace.heap, slots as usize, source.code_bits());
         Ok(Self {
             items: &mut *workspace.items,
             queues: &mut *workspace.queues,
