@@ -73,7 +73,7 @@ impl Cell {
     };
 
     /// The cell of node number `node` over this cell and the next one, with box `bounds`.
-    #[inline]
+    #[inline(always)]
     fn over(&self, next: &Self, bounds: Aabb, node: u32) -> Self {
         let subtree = Subtree { bounds, child: Child::Inner(NodeIndex(node)) };
         // No deeper than the stack can get, but for unsorted input.
@@ -260,18 +260,31 @@ impl Emitter {
         if !self.is_ready() {
             return Err(*item);
         }
+        let (entry, closed) = self.next(item, probe);
+        self.pending = closed;
+        Ok(entry)
+    }
+
+    /// Takes the next primitive; returns the leaf table entry of the one before it and the leaf that
+    /// thereby closed, which waits for its stack operations.
+    #[inline(always)]
+    pub(crate) fn next<P: Probe>(
+        &mut self,
+        item: &Item,
+        probe: &mut P,
+    ) -> (Option<LeafEntry>, Option<Cell>) {
         let primitive = PrimIndex(item.reference);
-        let entry = match &mut self.open {
+        let result = match &mut self.open {
             Some(leaf) if leaf.code == item.code && leaf.size < self.max_leaf_size => {
                 probe.emit_extend_leaf();
                 let entry = LeafEntry { primitive: leaf.last, last: false };
                 leaf.size += 1;
                 leaf.subtree.bounds = leaf.subtree.bounds.union(&item.bounds);
                 leaf.last = primitive;
-                Some(entry)
+                (Some(entry), None)
             }
             _ => {
-                let entry = self.close(|code, leaves| match code == item.code {
+                let closed = self.close(|code, leaves| match code == item.code {
                     true => Level::of_leaves(leaves),
                     false => Level::of_codes(code, item.code),
                 });
@@ -282,17 +295,22 @@ impl Emitter {
                     size: 1,
                     last: primitive,
                 });
-                entry
+                closed.unzip()
             }
         };
         self.entries += 1;
-        Ok(entry)
+        result
     }
 
     /// Ends the input and returns the last leaf table entry, or `None` if there is none or the
     /// emitter is not ready.
     pub fn finish(&mut self) -> Option<LeafEntry> {
-        if self.is_ready() { self.close(|_, _| Level::INFINITE) } else { None }
+        if !self.is_ready() {
+            return None;
+        }
+        let (entry, closed) = self.close(|_, _| Level::INFINITE)?;
+        self.pending = Some(closed);
+        Some(entry)
     }
 
     /// Primitives in closed leaves.
@@ -301,14 +319,15 @@ impl Emitter {
     }
 
     /// Closes the open leaf, if any, with the level of the split after it.
-    fn close(&mut self, level: impl FnOnce(u64, u32) -> Level) -> Option<LeafEntry> {
+    #[inline(always)]
+    fn close(&mut self, level: impl FnOnce(u64, u32) -> Level) -> Option<(LeafEntry, Cell)> {
         let OpenLeaf { code, mut subtree, size, last } = self.open.take()?;
         if let Child::Leaf { count, .. } = &mut subtree.child {
             *count = size;
         }
-        self.pending = Some(Cell { subtree, level: level(code, self.leaves), depth: 0, size });
+        let cell = Cell { subtree, level: level(code, self.leaves), depth: 0, size };
         self.leaves += 1;
-        Some(LeafEntry { primitive: last, last: true })
+        Some((LeafEntry { primitive: last, last: true }, cell))
     }
 
     /// Whether all that comes out are nodes and the root: no cells, and no leaves to join.
@@ -317,19 +336,19 @@ impl Emitter {
         !self.cells && self.join_leaves <= 1
     }
 
-    /// Does all stack operations up to the next primitive, as one [`Emitter::step`] after the other
-    /// does them in a [plain](Emitter::is_plain) emitter; `write` receives the children of each
-    /// node. Gives the root if the input has ended.
+    /// Does all stack operations on the subtree that [`Emitter::next`] closed, as one
+    /// [`Emitter::step`] after the other does them in a [plain](Emitter::is_plain) emitter; `write`
+    /// receives the children of each node.
     ///
     /// # Errors
     /// Those of `write`; the emitter must then be given up.
-    #[inline]
-    pub fn settle<P: Probe, E>(
+    #[inline(always)]
+    pub(crate) fn settle<P: Probe, E>(
         &mut self,
+        mut pending: Cell,
         probe: &mut P,
         mut write: impl FnMut(&Subtree, &Subtree) -> Result<(), E>,
-    ) -> Result<Option<Subtree>, E> {
-        let Some(mut pending) = self.pending.take() else { return Ok(None) };
+    ) -> Result<(), E> {
         while let Some(top) = self.stack.last()
             && top.level <= pending.level
         {
@@ -340,14 +359,11 @@ impl Emitter {
             self.stack.pop();
             self.nodes += 1;
         }
-        if pending.level > self.threshold {
-            return Ok(Some(pending.subtree));
-        }
         self.push(pending, probe);
-        Ok(None)
+        Ok(())
     }
 
-    #[inline]
+    #[inline(always)]
     fn push<P: Probe>(&mut self, cell: Cell, probe: &mut P) {
         // Cannot be full: see MAX_DEPTH.
         let pushed = self.stack.push(cell).is_ok();

@@ -26,7 +26,7 @@ impl Aabb {
     }
 
     /// The smallest box around both boxes.
-    #[inline]
+    #[inline(always)]
     pub fn union(&self, other: &Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }

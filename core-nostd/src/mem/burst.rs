@@ -54,7 +54,7 @@ impl BurstWriter {
     ///
     /// # Errors
     /// As [`BurstWriter::push`].
-    #[inline]
+    #[inline(always)]
     pub fn reserve<B: Bus, const N: usize>(
         &mut self,
         bus: &mut B,

@@ -56,7 +56,7 @@ impl Bvh2Node {
     }
 
     /// Writes the node over `children` to `bytes`.
-    #[inline]
+    #[inline(always)]
     pub fn write_children(children: [&Subtree; 2], bytes: &mut [u8; Self::BYTES]) {
         for (i, Subtree { bounds, child }) in children.into_iter().enumerate() {
             let corners = [bounds.min, bounds.max];

@@ -61,7 +61,7 @@ impl MortonCoder {
     }
 
     /// The code of the box from `min` to `max`, both on the grid.
-    #[inline]
+    #[inline(always)]
     pub fn code(&self, min: IVec3, max: IVec3) -> u64 {
         let cell = |lo: i32, hi: i32| {
             let centre = (lo.wrapping_add(hi)) >> 1;
@@ -77,7 +77,7 @@ impl MortonCoder {
 }
 
 /// Moves bit i of a 10-bit number to bit 3i.
-#[inline]
+#[inline(always)]
 const fn spread10(v: u32) -> u32 {
     let v = v & 0x3ff;
     let v = (v | v << 16) & 0x0300_00ff;

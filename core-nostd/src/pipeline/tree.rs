@@ -52,18 +52,31 @@ impl<'a> TreeWriter<'a> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn accept<B: Bus, P: Probe>(
         &mut self,
         bus: &mut B,
         item: &Item,
         probe: &mut P,
     ) -> Result<(), BuildError<B::Error>> {
-        let entry = self.emitter.accept(item, probe).map_err(|_| BuildError::Internal)?;
-        probe.stage(Stage::Emit);
         self.tree.entry_count += 1;
-        self.write_entry(bus, entry)?;
-        self.drain(bus, probe)?;
+        if self.emitter.is_plain() {
+            let (entry, closed) = self.emitter.next(item, probe);
+            probe.stage(Stage::Emit);
+            self.write_entry(bus, entry)?;
+            if let Some(closed) = closed {
+                let nodes = &mut self.nodes;
+                self.emitter.settle(closed, probe, |first, second| {
+                    let place = nodes.reserve(bus);
+                    place.map(|place| Bvh2Node::write_children([first, second], place))
+                })?;
+            }
+        } else {
+            let entry = self.emitter.accept(item, probe).map_err(|_| BuildError::Internal)?;
+            probe.stage(Stage::Emit);
+            self.write_entry(bus, entry)?;
+            self.drain(bus, probe)?;
+        }
         probe.stage(Stage::Merge);
         Ok(())
     }
@@ -92,7 +105,7 @@ impl<'a> TreeWriter<'a> {
         Ok(self.tree)
     }
 
-    #[inline]
+    #[inline(always)]
     fn write_entry<B: Bus>(
         &mut self,
         bus: &mut B,
@@ -111,13 +124,6 @@ impl<'a> TreeWriter<'a> {
         bus: &mut B,
         probe: &mut P,
     ) -> Result<Option<Subtree>, BuildError<B::Error>> {
-        if self.emitter.is_plain() {
-            let nodes = &mut self.nodes;
-            return self.emitter.settle(probe, |first, second| {
-                Bvh2Node::write_children([first, second], nodes.reserve(bus)?);
-                Ok(())
-            });
-        }
         while !self.emitter.is_ready() {
             match self.emitter.step(probe) {
                 Step::Root(root) => return Ok(Some(root)),
@@ -205,7 +211,7 @@ struct LeafPort {
 }
 
 impl LeafPort {
-    #[inline]
+    #[inline(always)]
     fn push<B: Bus>(&mut self, bus: &mut B, entry: LeafEntry) -> Result<(), BuildError<B::Error>> {
         if self.delay == 0 {
             return self.writer.push(bus, &entry.to_bytes());

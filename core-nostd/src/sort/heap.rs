@@ -66,7 +66,7 @@ impl<'a> ReplaceHeap<'a> {
     }
 
     /// The lowest entry, once every slot has been inserted.
-    #[inline]
+    #[inline(always)]
     pub fn top(&self) -> Option<HeapEntry> {
         let top = self.matches.first().filter(|top| top.slot != HeapEntry::VACANT.slot)?;
         if !self.packed {
@@ -79,7 +79,7 @@ impl<'a> ReplaceHeap<'a> {
     }
 
     /// The entry as it is kept.
-    #[inline]
+    #[inline(always)]
     fn pack(&self, entry: HeapEntry) -> HeapEntry {
         if !self.packed {
             return entry;
@@ -109,7 +109,7 @@ impl<'a> ReplaceHeap<'a> {
 
     /// Replaces the top by an entry of the same slot and lets it find its place. Does nothing
     /// before every slot has been inserted, or if the slot is not the top's.
-    #[inline]
+    #[inline(always)]
     pub fn replace(&mut self, entry: HeapEntry) {
         if self.top().is_none_or(|top| top.slot != entry.slot) {
             return;

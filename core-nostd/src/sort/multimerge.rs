@@ -150,7 +150,7 @@ impl<'a> MultiMerge<'a> {
     ///
     /// # Errors
     /// A bus error while a burst is read; the merge must then be given up.
-    #[inline]
+    #[inline(always)]
     pub fn next<B: Bus, P: Probe>(
         &mut self,
         bus: &mut B,

@@ -49,7 +49,7 @@ impl InputFormat {
     }
 
     /// The box and the reference of the record at `index`.
-    #[inline]
+    #[inline(always)]
     fn decode(self, bytes: &[u8], index: u32) -> (Aabb, u32) {
         match self {
             Self::Box32 => (read_box(bytes), word(bytes, 24) as u32),
@@ -90,7 +90,7 @@ impl RecordFormat {
     pub const MAX_BYTES: usize = 32;
 
     /// Writes `item` to the start of `bytes`, which have room for a record.
-    #[inline]
+    #[inline(always)]
     pub fn encode(self, item: &Item, bytes: &mut [u8]) {
         match self {
             Self::Box32 => {
@@ -117,7 +117,7 @@ impl RecordFormat {
     ///
     /// # Errors
     /// As [`BurstWriter::push`].
-    #[inline]
+    #[inline(always)]
     pub(crate) fn push<B: Bus>(
         self,
         item: &Item,
@@ -148,7 +148,7 @@ impl RecordFormat {
 
     /// Reads an item from the start of `bytes`, which hold a whole record. The item of a
     /// [`RecordFormat::Pair8`] has no box.
-    #[inline]
+    #[inline(always)]
     pub fn decode(self, bytes: &[u8], coder: &MortonCoder) -> Item {
         let (bounds, reference) = match self {
             Self::Box32 => (read_box(bytes), word(bytes, 24) as u32),
@@ -168,18 +168,18 @@ impl RecordFormat {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn word(bytes: &[u8], at: usize) -> i32 {
     i32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
 }
 
-#[inline]
+#[inline(always)]
 fn read_box(bytes: &[u8]) -> Aabb {
     let vector = |at: usize| IVec3::new(word(bytes, at), word(bytes, at + 4), word(bytes, at + 8));
     Aabb::new(vector(0), vector(12))
 }
 
-#[inline]
+#[inline(always)]
 fn write_box(bounds: &Aabb, bytes: &mut [u8]) {
     let coordinates = bounds.min.to_array().into_iter().chain(bounds.max.to_array());
     for (four, c) in bytes.chunks_exact_mut(4).zip(coordinates) {
@@ -207,7 +207,7 @@ impl PrimitiveDecoder {
     ///
     /// # Errors
     /// The position, if the box is inverted or off the grid, or the reference has 32 bits.
-    #[inline]
+    #[inline(always)]
     pub fn decode(&self, bytes: &[u8], index: u32) -> Result<Item, PrimIndex> {
         let (bounds, reference) = self.format.decode(bytes, index);
         let on_grid = self.grid.contains(bounds.min) && self.grid.contains(bounds.max);
