@@ -13,7 +13,7 @@ use crate::node::{LeafEntry, MAX_LEAF_SIZE, Tree};
 use crate::num::{Grid, MortonCoder, MortonWidth};
 use crate::probe::{Probe, Stage};
 use crate::sort::{
-    InputFormat, MultiMerge, PrimitiveDecoder, PrimitiveReader, RecordFormat, SortConfig,
+    InputFormat, Item, MultiMerge, PrimitiveDecoder, PrimitiveReader, RecordFormat, SortConfig,
     Workspace, partial_sort,
 };
 use crate::toplevel::{TopLevel, TopStorage};
@@ -252,7 +252,8 @@ pub fn build_with_top<B: Bus, P: Probe>(
     )?;
     let boxes = pairs.then_some(&reader);
     let mut tree = TreeStream::new(config, regions, target, count, top, probe);
-    while let Some(mut item) = merge.next(bus, probe)? {
+    let mut item = Item::ZERO;
+    while merge.next(bus, &mut item, probe)? {
         if let Some(reader) = boxes {
             reader.read(bus, Stage::Merge, item.reference, core::slice::from_mut(&mut item))?;
             // The code was sorted by; it is the same as the one just computed.
@@ -292,7 +293,8 @@ fn merge_pass<B: Bus, P: Probe>(
             run,
             probe,
         )?;
-        while let Some(item) = merge.next(bus, probe)? {
+        let mut item = Item::ZERO;
+        while merge.next(bus, &mut item, probe)? {
             config.record.push(&item, bus, &mut writer)?;
         }
         first = end;

@@ -32,6 +32,7 @@ impl Aabb {
     }
 
     /// Whether `min` does not exceed `max` on any axis.
+    #[inline]
     pub fn is_valid(&self) -> bool {
         self.min.cmple(self.max).all()
     }

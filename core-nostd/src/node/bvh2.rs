@@ -64,10 +64,7 @@ impl Bvh2Node {
             for (four, c) in bytes[field::bounds(i)].chunks_exact_mut(4).zip(words) {
                 four.copy_from_slice(&c.to_le_bytes());
             }
-            let (index, size) = match *child {
-                Child::Inner(NodeIndex(index)) => (index, 0),
-                Child::Leaf { first, count } => (first, count),
-            };
+            let (index, size) = child.words();
             bytes[field::index(i)].copy_from_slice(&index.to_le_bytes());
             bytes[field::size(i)].copy_from_slice(&size.to_le_bytes());
         }

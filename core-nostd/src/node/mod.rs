@@ -41,6 +41,21 @@ pub enum Child {
 impl Child {
     /// The count of a leaf that extends to the marked entry.
     pub const TO_MARK: u32 = u32::MAX;
+
+    /// The index of the node or of the first entry, and the count, 0 for a node.
+    #[inline]
+    pub(crate) const fn words(self) -> (u32, u32) {
+        // Two matches, so that the first takes no branch.
+        let index = match self {
+            Self::Inner(NodeIndex(index)) => index,
+            Self::Leaf { first, .. } => first,
+        };
+        let count = match self {
+            Self::Inner(_) => 0,
+            Self::Leaf { count, .. } => count,
+        };
+        (index, count)
+    }
 }
 
 /// A finished part of a tree: its exact box and a pointer to it.

@@ -39,8 +39,11 @@ impl Grid {
     }
 
     /// Whether all three coordinates of `point` are on the grid.
+    #[inline]
     pub fn contains(self, point: IVec3) -> bool {
-        point.min_element() >= self.min() && point.max_element() <= self.max()
+        // Counted from the lowest corner, what is outside has higher bits.
+        let offset = |c: i32| c.wrapping_sub(self.min()) as u32;
+        (offset(point.x) | offset(point.y) | offset(point.z)) >> self.bits == 0
     }
 }
 

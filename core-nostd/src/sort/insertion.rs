@@ -15,34 +15,41 @@ pub const MAX_BLOCK: usize = 2 * MAX_BURST;
 pub fn insertion_sort<P: Probe>(block: &[Item], sorted: &mut [Item], probe: &mut P) {
     let block = &block[..block.len().min(MAX_BLOCK)];
     let narrow = block.iter().fold(0, |all, item| all | item.code) <= i32::MAX as u64;
-    if narrow {
-        place(block, sorted, |item| item.code as i32, probe);
-    } else {
-        place(block, sorted, |item| item.code as i64, probe);
+    let (code32, code64) = (|item: &Item| item.code as i32, |item: &Item| item.code as i64);
+    match (narrow, block.len() <= MAX_BLOCK / 2) {
+        (true, true) => place::<_, 32, _>(block, sorted, i32::MAX, code32, probe),
+        (true, false) => place::<_, 64, _>(block, sorted, i32::MAX, code32, probe),
+        (false, _) => place::<_, 64, _>(block, sorted, i64::MAX, code64, probe),
     }
 }
 
-/// The same for one type of keys, which have the order of the codes.
+/// The same for at most `N` records and one type of keys, which have the order of the codes and none
+/// above `last`.
 #[inline]
-fn place<K: Copy + Default + Ord, P: Probe>(
+fn place<K: Copy + Ord, const N: usize, P: Probe>(
     block: &[Item],
     sorted: &mut [Item],
+    last: K,
     key: impl Fn(&Item) -> K,
     probe: &mut P,
 ) {
-    let mut keys = [K::default(); MAX_BLOCK];
+    let mut keys = [last; N];
     for (to, item) in keys.iter_mut().zip(block) {
         *to = key(item);
     }
-    let keys = &keys[..block.len()];
-    for (i, (item, key)) in block.iter().zip(keys).enumerate() {
-        let stay: u32 = keys[..i].iter().map(|other| u32::from(other <= key)).sum();
-        let pass: u32 = keys[i + 1..].iter().map(|other| u32::from(other < key)).sum();
-        if let Some(to) = sorted.get_mut((stay + pass) as usize) {
+    // Records of one code have the same number of lower ones; the next of them goes behind.
+    let mut equal = [0u8; N];
+    for (i, (item, key)) in block.iter().zip(&keys).enumerate() {
+        let lower = keys.iter().map(|other| u32::from(other < key)).sum::<u32>() as usize;
+        if let Some(equal) = equal.get_mut(lower)
+            && let Some(to) = sorted.get_mut(lower + usize::from(*equal))
+        {
             *to = *item;
+            *equal += 1;
         }
         // It is compared with those before it that it passes, and with the one that stops it.
-        for _ in 0..i.min(i - stay as usize + 1) {
+        let passed = keys[..i].iter().map(|other| u32::from(other > key)).sum::<u32>() as usize;
+        for _ in 0..i.min(passed + 1) {
             probe.compare_swap();
         }
     }

@@ -146,7 +146,7 @@ impl<'a> MultiMerge<'a> {
         self.heap.insert(HeapEntry { code, slot });
     }
 
-    /// Delivers the next record in order, or `None` after the last.
+    /// Puts the next record in order into `item`; gives `false` after the last.
     ///
     /// # Errors
     /// A bus error while a burst is read; the merge must then be given up.
@@ -154,15 +154,16 @@ impl<'a> MultiMerge<'a> {
     pub fn next<B: Bus, P: Probe>(
         &mut self,
         bus: &mut B,
+        item: &mut Item,
         probe: &mut P,
-    ) -> Result<Option<Item>, BuildError<B::Error>> {
-        let Some(HeapEntry { code, slot }) = self.heap.top() else { return Ok(None) };
+    ) -> Result<bool, BuildError<B::Error>> {
+        let Some(HeapEntry { code, slot }) = self.heap.top() else { return Ok(false) };
         if code == HeapEntry::INFINITE {
-            return Ok(None);
+            return Ok(false);
         }
         let base = (slot * self.share) as usize;
         let queue = &mut self.queues[slot as usize];
-        let item = self.items[base + queue.head as usize];
+        *item = self.items[base + queue.head as usize];
         queue.head = (queue.head + 1) & (self.share - 1);
         queue.len -= 1;
         let burst_done = queue.head & (self.burst - 1) == 0;
@@ -177,7 +178,7 @@ impl<'a> MultiMerge<'a> {
         probe.heap_replace();
         self.heap.replace(HeapEntry { code, slot });
         probe.merge_output();
-        Ok(Some(item))
+        Ok(true)
     }
 
     /// Reads the next burst of a run into the half of its queue that is free.

@@ -27,6 +27,7 @@ pub(crate) fn partial_sort<B: Bus, P: Probe>(
     let mut writer = BurstWriter::new(runs, RegionName::RunsA, Stage::PartialSort, burst);
     let block = config.piece();
     let mut unsorted = [Item::ZERO; MAX_BLOCK];
+    let mut item = Item::ZERO;
     let mut first = 0;
     while first < reader.count {
         let len = config.capacity.min(reader.count - first);
@@ -42,7 +43,7 @@ pub(crate) fn partial_sort<B: Bus, P: Probe>(
         }
         let mut merge =
             MultiMerge::over_blocks(config, workspace, reader.decoder.coder, len, probe)?;
-        while let Some(item) = merge.next(bus, probe)? {
+        while merge.next(bus, &mut item, probe)? {
             config.record.push(&item, bus, &mut writer)?;
         }
         first += len;
