@@ -19,6 +19,8 @@ pub struct BurstWriter {
     burst: usize,
     written: u32,
     pending: usize,
+    /// Bytes that the open burst may have inside the region; 0 before the first one.
+    limit: usize,
     buffer: [u8; MAX_BURST_BYTES],
 }
 
@@ -27,7 +29,16 @@ impl BurstWriter {
     /// [`MAX_BURST_BYTES`]. `name` and `stage` are for its errors.
     pub const fn new(region: Region, name: RegionName, stage: Stage, burst: usize) -> Self {
         let burst = if burst > MAX_BURST_BYTES { MAX_BURST_BYTES } else { burst };
-        Self { region, name, stage, burst, written: 0, pending: 0, buffer: [0; MAX_BURST_BYTES] }
+        Self {
+            region,
+            name,
+            stage,
+            burst,
+            written: 0,
+            pending: 0,
+            limit: 0,
+            buffer: [0; MAX_BURST_BYTES],
+        }
     }
 
     /// Makes `stage` the one that errors name from now on.
@@ -59,22 +70,34 @@ impl BurstWriter {
         &mut self,
         bus: &mut B,
     ) -> Result<&mut [u8; N], BuildError<B::Error>> {
-        let len = self.written + self.pending as u32;
-        if self.region.at(len, N as u32).is_none() {
-            self.flush(bus)?;
-            return Err(BuildError::RegionFull {
-                region: self.name,
-                needed: u64::from(len) + N as u64,
-                available: self.region.size,
-            });
-        }
-        if self.pending + N > self.burst {
-            self.flush(bus)?;
+        if self.pending + N > self.limit {
+            self.next_burst(bus, N as u32)?;
         }
         let place = self.buffer.get_mut(self.pending..).and_then(|free| free.first_chunk_mut());
         let place = place.ok_or(BuildError::Internal)?;
         self.pending += N;
         Ok(place)
+    }
+
+    /// Makes room for a record of `len` bytes that does not fit into the open burst.
+    #[cold]
+    #[inline(never)]
+    fn next_burst<B: Bus>(&mut self, bus: &mut B, len: u32) -> Result<(), BuildError<B::Error>> {
+        let offset = self.written + self.pending as u32;
+        let inside = self.region.at(offset, len).is_some();
+        self.flush(bus)?;
+        if !inside {
+            return Err(BuildError::RegionFull {
+                region: self.name,
+                needed: u64::from(offset) + u64::from(len),
+                available: self.region.size,
+            });
+        }
+        // A region that leaves the address space is checked record by record.
+        let whole = self.region.at(self.region.size.saturating_sub(1), 1).is_some();
+        let rest = (self.region.size - self.written) as usize;
+        self.limit = if whole { self.burst.min(rest) } else { 0 };
+        Ok(())
     }
 
     /// Writes what is pending.
