@@ -148,35 +148,42 @@ mod tests {
         HeapEntry { code, slot }
     }
 
+    /// Codes of both kinds: packed with their slots, and not.
+    const WIDTHS: [u32; 2] = [30, 63];
+
     #[test]
     fn tops_come_out_in_order_with_ties_by_slot() {
-        let mut storage = Vec::<HeapEntry, 8>::new();
-        let mut heap = ReplaceHeap::new(&mut storage, 6, 30).unwrap();
-        for (slot, code) in [5, 3, 9, 3, 7, 3].into_iter().enumerate() {
-            assert_eq!(heap.top(), None);
-            heap.insert(entry(code, slot as u32));
-        }
-        let mut out = Vec::<(u64, u32), 8>::new();
-        while let Some(HeapEntry { code, slot }) = heap.top() {
-            if code == HeapEntry::INFINITE {
-                break;
+        for bits in WIDTHS {
+            let mut storage = Vec::<HeapEntry, 8>::new();
+            let mut heap = ReplaceHeap::new(&mut storage, 6, bits).unwrap();
+            for (slot, code) in [5, 3, 9, 3, 7, 3].into_iter().enumerate() {
+                assert_eq!(heap.top(), None);
+                heap.insert(entry(code, slot as u32));
             }
-            out.push((code, slot)).unwrap();
-            heap.replace(entry(HeapEntry::INFINITE, slot));
+            let mut out = Vec::<(u64, u32), 8>::new();
+            while let Some(HeapEntry { code, slot }) = heap.top() {
+                if code == HeapEntry::INFINITE {
+                    break;
+                }
+                out.push((code, slot)).unwrap();
+                heap.replace(entry(HeapEntry::INFINITE, slot));
+            }
+            assert_eq!(out.as_slice(), [(3, 1), (3, 3), (3, 5), (5, 0), (7, 4), (9, 2)]);
         }
-        assert_eq!(out.as_slice(), [(3, 1), (3, 3), (3, 5), (5, 0), (7, 4), (9, 2)]);
     }
 
     #[test]
     fn slots_may_enter_in_any_order() {
-        let mut storage = Vec::<HeapEntry, 4>::new();
-        let mut heap = ReplaceHeap::new(&mut storage, 4, 30).unwrap();
-        for slot in [2, 0, 3, 1] {
-            heap.insert(entry(10 - u64::from(slot), slot));
+        for bits in WIDTHS {
+            let mut storage = Vec::<HeapEntry, 4>::new();
+            let mut heap = ReplaceHeap::new(&mut storage, 4, bits).unwrap();
+            for slot in [2, 0, 3, 1] {
+                heap.insert(entry(10 - u64::from(slot), slot));
+            }
+            assert_eq!(heap.top(), Some(entry(7, 3)));
+            heap.replace(entry(20, 3));
+            assert_eq!(heap.top(), Some(entry(8, 2)));
         }
-        assert_eq!(heap.top(), Some(entry(7, 3)));
-        heap.replace(entry(20, 3));
-        assert_eq!(heap.top(), Some(entry(8, 2)));
     }
 
     #[test]
