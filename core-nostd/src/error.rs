@@ -72,6 +72,9 @@ pub enum ConfigError {
     TopLevel,
     /// Quantized coordinates are not 4 to 8 bits wide, or the minimum scale is above 15.
     Quantization,
+    /// Treelets are not 1 to 4 nodes deep, deeper than 1 behind the clustering emitter, or without
+    /// storage; the estimate's margin is above 3, or held lines are not 2 to 64.
+    Compression,
 }
 
 impl fmt::Display for ConfigError {
@@ -91,6 +94,10 @@ impl fmt::Display for ConfigError {
             }
             Self::Quantization => {
                 "quantized coordinates must have 4 to 8 bits, and the minimum scale be at most 15"
+            }
+            Self::Compression => {
+                "treelets must be 1 to 4 deep, with storage for them (1 with the clustering emitter), the \
+                 margin be at most 3, and held lines be 2 to 64"
             }
         })
     }

@@ -1,15 +1,17 @@
 //! Whole builds: primitives in, tree out.
 
+mod nodes;
 mod ploc;
 mod stream;
 mod tree;
 
 pub use self::stream::TreeStream;
 use self::tree::MAX_JOINED;
+use crate::compress::{Compression, HeldNode};
 use crate::emit::{CellConfig, EmitterKind};
 use crate::error::{BuildError, ConfigError, RegionName};
 use crate::mem::{BurstWriter, Bus, Region};
-use crate::node::{LeafEntry, MAX_LEAF_SIZE, Tree};
+use crate::node::{LeafEntry, MAX_LEAF_SIZE, NodeFormat, Tree};
 use crate::num::{Grid, MortonCoder, MortonWidth};
 use crate::probe::{Probe, Stage};
 use crate::sort::{
@@ -42,6 +44,38 @@ pub struct BuildConfig {
     pub top_level: TopLevel,
     /// With a top level, what it is built over.
     pub cells: CellConfig,
+    /// How nodes are compressed on their way to memory; without it they have 64 bytes.
+    pub compression: Option<Compression>,
+}
+
+/// What is kept on chip of a tree under construction, beside the sorter's [`Workspace`].
+#[derive(Debug)]
+pub struct TreeStorage<'a> {
+    /// For a top level.
+    pub top: TopStorage<'a>,
+    /// For treelets: [`Compression::held_nodes`].
+    pub held: &'a mut [HeldNode],
+}
+
+impl TreeStorage<'_> {
+    /// No storage: no top level can be built, and no treelets be held.
+    pub const fn none() -> Self {
+        Self { top: TopStorage::none(), held: &mut [] }
+    }
+
+    /// Checks that the storage suffices for a configuration.
+    ///
+    /// # Errors
+    /// [`ConfigError`] naming what does not fit.
+    pub fn check(&self, config: &BuildConfig) -> Result<(), ConfigError> {
+        config.top_level.check_storage(&config.cells, &self.top)?;
+        match &config.compression {
+            Some(compression) if compression.held_nodes() > self.held.len() => {
+                Err(ConfigError::Compression)
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 impl Default for BuildConfig {
@@ -58,6 +92,7 @@ impl Default for BuildConfig {
             emitter: EmitterKind::Lbvh,
             top_level: TopLevel::None,
             cells: CellConfig::default(),
+            compression: None,
         }
     }
 }
@@ -71,7 +106,7 @@ pub struct BuildRegions {
     pub runs_a: Region,
     /// The runs of the other passes; may be empty where one pass is enough.
     pub runs_b: Region,
-    /// The 64-byte nodes.
+    /// The nodes, 64 bytes each or what the quantized format has.
     pub nodes: Region,
     /// The leaf table, 4 bytes a primitive.
     pub leaf_table: Region,
@@ -114,6 +149,14 @@ impl BuildConfig {
         passes
     }
 
+    /// The format of the nodes.
+    pub const fn format(&self) -> NodeFormat {
+        match &self.compression {
+            None => NodeFormat::Bvh2,
+            Some(compression) => NodeFormat::Quantized(compression.quantization),
+        }
+    }
+
     /// What computes codes.
     pub const fn coder(&self) -> MortonCoder {
         MortonCoder::new(self.grid, self.morton)
@@ -144,11 +187,18 @@ impl BuildConfig {
         if self.sort.record == RecordFormat::Pair8 && self.morton == MortonWidth::Bits63 {
             return Err(ConfigError::PairCode);
         }
+        if let Some(compression) = &self.compression {
+            compression.check()?;
+        }
         match &self.emitter {
             EmitterKind::Lbvh => Ok(()),
             // The clusters are no cells of the Morton order.
             EmitterKind::Ploc(_) if self.top_level != TopLevel::None => Err(ConfigError::TopLevel),
             EmitterKind::Ploc(_) if self.join_leaves > 0 => Err(ConfigError::JoinedLeaf),
+            // Its nodes do not come in the order of a depth-first walk.
+            EmitterKind::Ploc(_) if self.compression.is_some_and(|c| c.treelet_depth > 1) => {
+                Err(ConfigError::Compression)
+            }
             EmitterKind::Ploc(ploc) => ploc.check(),
         }
     }
@@ -179,7 +229,7 @@ impl BuildRegions {
     }
 }
 
-/// Builds a tree of 64-byte nodes over `count` primitives: partial sort, multi-merge, and hierarchy
+/// Builds a tree over `count` primitives: partial sort, multi-merge, and hierarchy
 /// emission straight from the merge's last pass (P2 §4–5).
 ///
 /// The tree depends on the primitives, [`BuildConfig::morton`], [`BuildConfig::emitter`] and
@@ -196,28 +246,29 @@ pub fn build<B: Bus, P: Probe>(
     workspace: &mut Workspace<'_>,
     probe: &mut P,
 ) -> Result<Tree, BuildError<B::Error>> {
-    build_with_top(bus, config, regions, count, workspace, &mut TopStorage::none(), probe)
+    build_with(bus, config, regions, count, workspace, &mut TreeStorage::none(), probe)
 }
 
-/// As [`build`], with storage for the builder of the top of the tree where [`BuildConfig::top_level`]
-/// asks for one (P2 §5.6).
+/// As [`build`], with storage for what else the configuration asks for: a builder of the top of the
+/// tree ([`BuildConfig::top_level`], P2 §5.6), or treelets of the compressor
+/// ([`BuildConfig::compression`], P3 §4.3).
 ///
-/// The tree then depends on [`BuildConfig::cells`] too.
+/// With a top level the tree depends on [`BuildConfig::cells`] too.
 ///
 /// # Errors
 /// As [`build`].
-pub fn build_with_top<B: Bus, P: Probe>(
+pub fn build_with<B: Bus, P: Probe>(
     bus: &mut B,
     config: &BuildConfig,
     regions: &BuildRegions,
     count: u32,
     workspace: &mut Workspace<'_>,
-    top: &mut TopStorage<'_>,
+    storage: &mut TreeStorage<'_>,
     probe: &mut P,
 ) -> Result<Tree, BuildError<B::Error>> {
     config.check()?;
     config.sort.check_storage(workspace)?;
-    config.top_level.check_storage(&config.cells, top)?;
+    storage.check(config)?;
     let (capacity, width) = (config.sort.capacity, config.sort.width());
     let passes = config.further_passes(count);
     regions.check(config, count)?;
@@ -251,7 +302,7 @@ pub fn build_with_top<B: Bus, P: Probe>(
         },
     )?;
     let boxes = pairs.then_some(&reader);
-    let mut tree = TreeStream::new(config, regions, target, count, top, probe);
+    let mut tree = TreeStream::new(config, regions, target, count, storage, probe);
     let mut item = Item::ZERO;
     while merge.next(bus, &mut item, probe)? {
         if let Some(reader) = boxes {

@@ -79,6 +79,12 @@ pub trait Probe {
     /// A top-level builder completed a node.
     #[inline]
     fn top_node(&mut self) {}
+    /// The streaming compressor encoded a node for the first time.
+    #[inline]
+    fn compress_node(&mut self) {}
+    /// A node is encoded again, `depth` levels below the one whose arrival asked for it.
+    #[inline]
+    fn backtrack(&mut self, depth: u8) {}
     /// Traversal fetched a node of `bytes` bytes.
     #[inline]
     fn node_fetch(&mut self, addr: ByteAddr, bytes: u32) {}
@@ -166,6 +172,14 @@ impl<P: Probe + ?Sized> Probe for &mut P {
     #[inline]
     fn top_node(&mut self) {
         (**self).top_node();
+    }
+    #[inline]
+    fn compress_node(&mut self) {
+        (**self).compress_node();
+    }
+    #[inline]
+    fn backtrack(&mut self, depth: u8) {
+        (**self).backtrack(depth);
     }
     #[inline]
     fn node_fetch(&mut self, addr: ByteAddr, bytes: u32) {

@@ -37,10 +37,10 @@ impl Expected {
         let mut output = input.clone();
         let mut buffers = Buffers::new(&runs);
         let count = triangles.len() as u32;
-        let (mut workspace, mut top) = buffers.parts();
+        let (mut workspace, mut storage) = buffers.parts();
         let (bus, regions) = (&mut output, &layout.build);
-        let (workspace, top) = (&mut workspace, &mut top);
-        let tree = pipeline::build_with_top(bus, &runs, regions, count, workspace, top, &mut ());
+        let (workspace, storage) = (&mut workspace, &mut storage);
+        let tree = pipeline::build_with(bus, &runs, regions, count, workspace, storage, &mut ());
         let tree = tree.unwrap_or_else(|e| panic!("{e}"));
         Self { config, layout, count, input, output, tree }
     }

@@ -32,7 +32,7 @@ impl Forest {
     /// If the core refuses to.
     pub fn grow(triangles: &[Triangle]) -> Self {
         let run = run::build(triangles, &BuildOptions::default()).unwrap_or_else(|e| panic!("{e}"));
-        let exact = run.exact;
+        let exact = run.exact.expect("the nodes are exact");
         let size = run.memory.bytes().len();
         let room = exact.tree.node_count as usize * Quantization::MODULO.node_bytes() as usize;
         let mut memory = FlatMemory::new(size + 2 * room);

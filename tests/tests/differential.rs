@@ -54,7 +54,7 @@ fn build(triangles: &[Triangle], config: BuildConfig) -> BuildRun {
 
 /// The bytes of nodes and leaf table, and the root.
 fn tree_of(run: &BuildRun) -> Lbvh {
-    let tree = &run.exact.tree;
+    let tree = &run.exact.expect("the nodes are exact").tree;
     let part = |base, count: u32, bytes: usize| {
         run.bytes_at(base, u64::from(count) * bytes as u64).to_vec()
     };
@@ -122,7 +122,7 @@ fn every_configuration_gives_the_tree_of_the_definition_and_the_traffic_of_the_f
                 let what = format!("{name}, {config:?}");
                 assert_same(&what, &run, &expect);
                 let passes = passes(triangles.len(), &config.sort);
-                let nodes = u64::from(run.exact.tree.node_count);
+                let nodes = u64::from(run.exact.expect("the nodes are exact").tree.node_count);
                 let bytes = traffic(count, nodes, config, passes);
                 assert_eq!(run.traffic.total().bytes(), bytes, "{what}: traffic, {passes} passes");
                 passes
@@ -157,7 +157,7 @@ fn every_code_width_and_leaf_size_gives_the_tree_of_the_definition() {
                     assert_same(&format!("{name}, {config:?}"), &run, &expect);
                     let quality = run.check().unwrap_or_else(|e| panic!("{name}, {config:?}: {e}"));
                     assert!(quality.largest_leaf <= max_leaf_size);
-                    leaves += u64::from(run.exact.tree.leaf_count);
+                    leaves += u64::from(run.exact.expect("the nodes are exact").tree.leaf_count);
                 }
             }
         }

@@ -55,7 +55,7 @@ fn inputs() -> Vec<(String, Vec<Triangle>)> {
 
 /// Nodes and leaf table.
 fn bytes_of(run: &BuildRun) -> (Vec<u8>, Vec<u8>) {
-    let Tree { nodes, leaf_table, node_count, entry_count, .. } = run.exact.tree;
+    let Tree { nodes, leaf_table, node_count, entry_count, .. } = run.scene.tree;
     let part = |base, count: u32, bytes: usize| run.bytes_at(base, u64::from(count) * bytes as u64);
     let nodes = part(nodes.base, node_count, Bvh2Node::BYTES);
     (nodes.to_vec(), part(leaf_table.base, entry_count, LeafEntry::BYTES).to_vec())
@@ -78,13 +78,13 @@ fn the_tree_is_well_formed_and_the_same_for_every_sorter() {
             let config = BuildConfig { max_leaf_size, ..ploc(radius, chain) };
             let expect = build(triangles, config);
             let quality = expect.check().unwrap_or_else(|e| panic!("{name}, {config:?}: {e}"));
-            assert_eq!(expect.exact.tree.entry_count as usize, triangles.len());
+            assert_eq!(expect.scene.tree.entry_count as usize, triangles.len());
             assert!(quality.largest_leaf <= max_leaf_size.min(4));
             for &sort in &sorts {
                 for input in [InputFormat::Box32, InputFormat::Triangle40] {
                     let run = build(triangles, BuildConfig { sort, input, ..config });
                     let what = format!("{name}, {:?}", BuildConfig { sort, input, ..config });
-                    assert_eq!(run.exact.tree.root, expect.exact.tree.root, "{what}");
+                    assert_eq!(run.scene.tree.root, expect.scene.tree.root, "{what}");
                     assert!(bytes_of(&run) == bytes_of(&expect), "{what}");
                 }
             }
@@ -107,15 +107,15 @@ fn answers_are_those_of_the_other_emitter_and_of_brute_force() {
         let runs = [BuildConfig::default(), ploc(8, 4), ploc(1 + random.below(16) as u32, 1)]
             .map(|config| build(&triangles, config));
         let reference = Reference::new(&triangles);
-        let bounds = runs[0].exact.tree.root.expect("there are triangles").bounds;
+        let bounds = runs[0].scene.tree.root.expect("there are triangles").bounds;
         for _ in 0..100 {
             let (kind, ray) = hard_ray(&mut random, &triangles, &bounds);
             let expect = reference.closest(&ray).map(|hit| hit.t);
             let answers = runs.each_ref().map(|run| {
                 let memory = &mut run.memory.snapshot();
-                let any = trace(memory, &run.exact, &ray, Query::Any).unwrap();
+                let any = trace(memory, &run.scene, &ray, Query::Any).unwrap();
                 assert_eq!(any.is_some(), expect.is_some(), "{kind:?}");
-                trace(memory, &run.exact, &ray, Query::Closest).unwrap()
+                trace(memory, &run.scene, &ray, Query::Closest).unwrap()
             });
             assert_eq!(answers[0].map(|hit| hit.t.to_bits()), expect, "{kind:?}");
             assert_eq!(answers[1], answers[0], "{kind:?}");

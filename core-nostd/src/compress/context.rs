@@ -98,6 +98,21 @@ impl Placement {
     /// The grid is the finest on which the box, rounded outward, spans at most 2^N cells. As it
     /// depends on the box alone, encoder and reader find the same one.
     pub fn root(bounds: &Aabb, quantization: &Quantization) -> Option<Self> {
+        Self::estimate(bounds, quantization, 0)
+    }
+
+    /// The placement in which a node with exact box `bounds` is encoded before its parent is known (P3
+    /// §4.1), or `None` as in [`Placement::root`].
+    ///
+    /// The grid is the finest on which the box spans at most 2^N cells once it is rounded outward to a
+    /// grid that is coarser by `margin` powers of two: its parent's grid, on which it will be
+    /// encoded. With a margin of 0, which is P3's estimate, a box just below 2^N cells is encoded on a grid
+    /// that its parent's rounding then makes too fine. With 0 the grid is never coarser than the final one,
+    /// so repairs lose nothing and the tree is the one that [`compress_top_down`] makes.
+    ///
+    /// [`compress_top_down`]: super::compress_top_down
+    pub fn estimate(bounds: &Aabb, quantization: &Quantization, margin: u8) -> Option<Self> {
+        let margin = u32::from(margin);
         if !is_on_grid(bounds) || quantization.check().is_err() {
             return None;
         }
@@ -108,7 +123,7 @@ impl Placement {
             let (p, q) = (bounds.min[axis], bounds.max[axis]);
             let span = |scale: u32| (q >> scale) + 1 - (p >> scale);
             let mut scale = u32::from(quantization.min_scale);
-            while span(scale) > max_cells {
+            while scale + margin < u32::BITS - 1 && span(scale + margin) << margin > max_cells {
                 scale += 1;
             }
             context.scale[axis] = scale as u8;

@@ -6,7 +6,14 @@
 //! carries a [`Context`] down the tree and stores nothing.
 
 mod context;
+mod lines;
+mod repair;
+mod streaming;
 mod topdown;
+mod treelet;
 
 pub use context::{CellBox, Context, Placement};
+pub use lines::MAX_LINES;
+pub use streaming::{Compression, Compressor, Repairs};
 pub use topdown::compress_top_down;
+pub use treelet::{HeldNode, Place};

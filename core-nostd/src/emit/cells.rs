@@ -42,7 +42,7 @@ impl<'a> CellBuffer<'a> {
     }
 
     /// Takes the next cell of `emitter`, and coarsens if the buffer is then full and more will come.
-    /// `write` receives the emitter's other steps. Gives back `false` if there is no room at
+    /// `write` receives the emitter's steps while it does. Gives back `false` if there is no room at
     /// all.
     ///
     /// # Errors
@@ -52,7 +52,7 @@ impl<'a> CellBuffer<'a> {
         cell: Cell,
         emitter: &mut Emitter,
         probe: &mut P,
-        mut write: impl FnMut(&Step) -> Result<(), E>,
+        mut write: impl FnMut(&Step, &mut P) -> Result<(), E>,
     ) -> Result<bool, E> {
         if !self.keep(cell) {
             return Ok(false);
@@ -74,11 +74,12 @@ impl<'a> CellBuffer<'a> {
             while !emitter.is_ready() {
                 match emitter.step(probe) {
                     // No more come out than went in.
-                    Step::Cell(cell) => {
+                    step @ Step::Cell(cell) => {
+                        write(&step, probe)?;
                         probe.top_cell();
                         self.keep(cell);
                     }
-                    step => write(&step)?,
+                    step => write(&step, probe)?,
                 }
             }
         }
@@ -145,7 +146,7 @@ mod tests {
                     Step::Node(node) => nodes.push(node).unwrap(),
                     Step::Root(root) => tops.push(root.child).unwrap(),
                     Step::Cell(cell) => {
-                        let kept = cells.push(cell, &mut emitter, &mut (), |step| {
+                        let kept = cells.push(cell, &mut emitter, &mut (), |step, ()| {
                             if let Step::Node(node) = step {
                                 nodes.push(*node).unwrap();
                             }
@@ -220,7 +221,7 @@ mod tests {
     fn no_room_at_all_is_said() {
         let mut cells = CellBuffer::new(&mut []);
         let mut emitter = with_bits(30, 30);
-        let pushed = cells.push(Cell::EMPTY, &mut emitter, &mut (), |_| Ok::<(), ()>(()));
+        let pushed = cells.push(Cell::EMPTY, &mut emitter, &mut (), |_, ()| Ok::<(), ()>(()));
         assert_eq!(pushed, Ok(false));
     }
 }

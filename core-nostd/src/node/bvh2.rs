@@ -23,6 +23,11 @@ pub struct Bvh2Node {
     pub children: [Subtree; 2],
 }
 
+impl Bvh2Node {
+    /// Something to fill storage with.
+    pub(crate) const EMPTY: Self = Self { children: [Subtree::EMPTY; 2] };
+}
+
 mod field {
     use core::ops::Range;
 

@@ -67,6 +67,12 @@ pub struct Subtree {
     pub child: Child,
 }
 
+impl Subtree {
+    /// Something to fill storage with.
+    pub(crate) const EMPTY: Self =
+        Self { bounds: Aabb::EMPTY, child: Child::Leaf { first: 0, count: 0 } };
+}
+
 /// The largest leaf, in primitives: the leaf size field has 8 bits.
 pub const MAX_LEAF_SIZE: u32 = 255;
 

@@ -119,6 +119,10 @@ impl QuantizedPair {
 }
 
 impl QuantizedChild {
+    /// Something to fill a pair with.
+    pub(crate) const EMPTY: Self =
+        Self { low: [0; 3], high: [0; 3], child: Child::Inner(NodeIndex(0)) };
+
     fn to_word(self, bits: u8) -> u128 {
         let (n, mask) = (u32::from(bits), (1u64 << bits) - 1);
         let coordinates = (0..3).fold(0, |word, axis| {

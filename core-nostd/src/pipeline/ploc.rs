@@ -1,11 +1,13 @@
 //! Passes of the clustering emitter over memory: the first from the merge, the others from lists.
 
+use super::nodes::NodePort;
 use super::{BuildConfig, BuildRegions};
+use crate::compress::HeldNode;
 use crate::emit::{Chain, Cluster, PlocConfig, Port, Token, list_bound};
 use crate::error::{BuildError, RegionName};
 use crate::geom::PrimIndex;
 use crate::mem::{BurstWriter, Bus, Region};
-use crate::node::{Bvh2Node, LeafEntry, NodeFormat, NodeIndex, Tree};
+use crate::node::{Bvh2Node, LeafEntry, NodeIndex, Tree};
 use crate::num::Grid;
 use crate::probe::{Probe, Stage};
 use crate::sort::{Item, MAX_BURST, RecordFormat};
@@ -20,9 +22,9 @@ pub(super) const fn list_bytes(count: u32) -> u64 {
 
 /// The clustering emitter with its write ports.
 #[derive(Debug)]
-pub(super) struct PlocWriter {
+pub(super) struct PlocWriter<'a> {
     chain: Chain,
-    outputs: Outputs,
+    outputs: Outputs<'a>,
     lists: Lists,
     grid: Grid,
 }
@@ -45,8 +47,8 @@ impl Lists {
 
 /// What has been written.
 #[derive(Debug)]
-struct Outputs {
-    nodes: BurstWriter,
+struct Outputs<'a> {
+    nodes: NodePort<'a>,
     leaf_table: BurstWriter,
     tree: Tree,
     list: BurstWriter,
@@ -57,7 +59,7 @@ struct Outputs {
     last: Option<Cluster>,
 }
 
-impl PlocWriter {
+impl<'a> PlocWriter<'a> {
     /// A writer that keeps its lists in `lists`, over `count` primitives to come.
     pub fn new<P: Probe>(
         config: &BuildConfig,
@@ -65,6 +67,7 @@ impl PlocWriter {
         regions: &BuildRegions,
         lists: (Region, RegionName),
         count: u32,
+        held: &'a mut [HeldNode],
         probe: &mut P,
     ) -> Self {
         let port =
@@ -75,9 +78,9 @@ impl PlocWriter {
         Self {
             chain,
             outputs: Outputs {
-                nodes: port(regions.nodes, RegionName::Nodes),
+                nodes: NodePort::new(config, regions, held),
                 leaf_table: port(regions.leaf_table, RegionName::LeafTable),
-                tree: Tree::empty(NodeFormat::Bvh2, regions.nodes, regions.leaf_table),
+                tree: Tree::empty(config.format(), regions.nodes, regions.leaf_table),
                 list: lists.writer(),
                 on_chip: false,
                 clusters: 0,
@@ -130,9 +133,10 @@ impl PlocWriter {
             let root = root.close(&mut self.outputs.port(bus, scratchpad), probe)?;
             self.outputs.tree.root = Some(root);
         }
-        self.outputs.nodes.flush(bus)?;
-        self.outputs.leaf_table.flush(bus)?;
-        Ok(self.outputs.tree)
+        let Outputs { nodes, mut leaf_table, tree, .. } = self.outputs;
+        nodes.finish(bus, tree.root.as_ref(), probe)?;
+        leaf_table.flush(bus)?;
+        Ok(tree)
     }
 
     fn read_scratchpad<B: Bus, P: Probe>(
@@ -201,24 +205,24 @@ impl PlocWriter {
     }
 }
 
-impl Outputs {
+impl<'o> Outputs<'o> {
     const fn port<'a, B>(
         &'a mut self,
         bus: &'a mut B,
         scratchpad: &'a mut [Item],
-    ) -> OutputPort<'a, B> {
+    ) -> OutputPort<'a, 'o, B> {
         OutputPort { outputs: self, bus, scratchpad }
     }
 }
 
 /// The outputs with the memories that they go to.
-struct OutputPort<'a, B> {
-    outputs: &'a mut Outputs,
+struct OutputPort<'a, 'o, B> {
+    outputs: &'a mut Outputs<'o>,
     bus: &'a mut B,
     scratchpad: &'a mut [Item],
 }
 
-impl<B: Bus> Port for OutputPort<'_, B> {
+impl<B: Bus> Port for OutputPort<'_, '_, B> {
     type Error = BuildError<B::Error>;
 
     #[inline]
@@ -236,10 +240,9 @@ impl<B: Bus> Port for OutputPort<'_, B> {
     }
 
     #[inline]
-    fn node(&mut self, node: &Bvh2Node) -> Result<NodeIndex, Self::Error> {
+    fn node<P: Probe>(&mut self, node: &Bvh2Node, probe: &mut P) -> Result<NodeIndex, Self::Error> {
         let Outputs { nodes, tree, .. } = &mut *self.outputs;
-        node.write(nodes.reserve(self.bus)?);
-        let index = NodeIndex(tree.node_count);
+        let index = nodes.push(self.bus, node, probe)?;
         tree.node_count += 1;
         Ok(index)
     }

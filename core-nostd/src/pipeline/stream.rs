@@ -2,14 +2,13 @@
 
 use super::ploc::PlocWriter;
 use super::tree::TreeWriter;
-use super::{BuildConfig, BuildRegions};
+use super::{BuildConfig, BuildRegions, TreeStorage};
 use crate::emit::EmitterKind;
 use crate::error::{BuildError, RegionName};
 use crate::mem::{Bus, Region};
 use crate::node::Tree;
 use crate::probe::Probe;
 use crate::sort::Item;
-use crate::toplevel::TopStorage;
 
 /// The emitter that a [`BuildConfig`] asks for, with its ports and what it builds on top.
 ///
@@ -22,26 +21,33 @@ pub struct TreeStream<'a>(Kind<'a>);
 #[expect(clippy::large_enum_variant, reason = "there is one, and nothing to put it on")]
 enum Kind<'a> {
     Lbvh(TreeWriter<'a>, &'a BuildConfig),
-    Ploc(PlocWriter),
+    Ploc(PlocWriter<'a>),
 }
 
 impl<'a> TreeStream<'a> {
     /// A stream of `count` primitives to come. Lists of clusters are kept in `lists`, the run region
-    /// that the last merge leaves free; top-level builds in `top`. Both have been checked
-    /// ([`BuildRegions::check`], [`TopLevel::check_storage`](crate::toplevel::TopLevel::check_storage)).
+    /// that the last merge leaves free; top-level builds and nodes that wait for compression in
+    /// `storage`. All have been checked
+    /// ([`BuildRegions::check`], [`TreeStorage::check`]).
     pub fn new<P: Probe>(
         config: &'a BuildConfig,
         regions: &BuildRegions,
         lists: (Region, RegionName),
         count: u32,
-        top: &'a mut TopStorage<'_>,
+        storage: &'a mut TreeStorage<'_>,
         probe: &mut P,
     ) -> Self {
         Self(match &config.emitter {
-            EmitterKind::Lbvh => Kind::Lbvh(TreeWriter::new(config, regions, top), config),
-            EmitterKind::Ploc(ploc) => {
-                Kind::Ploc(PlocWriter::new(config, ploc, regions, lists, count, probe))
-            }
+            EmitterKind::Lbvh => Kind::Lbvh(TreeWriter::new(config, regions, storage), config),
+            EmitterKind::Ploc(ploc) => Kind::Ploc(PlocWriter::new(
+                config,
+                ploc,
+                regions,
+                lists,
+                count,
+                storage.held,
+                probe,
+            )),
         })
     }
 

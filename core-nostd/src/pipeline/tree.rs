@@ -2,14 +2,15 @@
 
 use heapless::Deque;
 
-use super::{BuildConfig, BuildRegions};
+use super::nodes::NodePort;
+use super::{BuildConfig, BuildRegions, TreeStorage};
 use crate::emit::{Cell, CellBuffer, Emitter, Level, Step};
 use crate::error::{BuildError, RegionName};
 use crate::mem::{BurstWriter, Bus};
-use crate::node::{Bvh2Node, LeafEntry, NodeFormat, NodeIndex, Subtree, Tree};
+use crate::node::{Bvh2Node, LeafEntry, NodeIndex, Subtree, Tree};
 use crate::probe::{Probe, Stage};
 use crate::sort::Item;
-use crate::toplevel::{Exhausted, NodeSink, TopLevel, TopNode, TopStorage};
+use crate::toplevel::{Exhausted, NodeSink, TopLevel, TopNode};
 
 /// The largest leaf that the joining of leaves makes, in primitives.
 pub(super) const MAX_JOINED: usize = 16;
@@ -20,15 +21,20 @@ pub(super) struct TreeWriter<'a> {
     emitter: Emitter,
     cells: CellBuffer<'a>,
     top_nodes: &'a mut [TopNode],
-    nodes: BurstWriter,
+    nodes: NodePort<'a>,
     leaf_table: LeafPort,
     tree: Tree,
 }
 
 impl<'a> TreeWriter<'a> {
-    pub fn new(config: &BuildConfig, regions: &BuildRegions, top: &'a mut TopStorage<'_>) -> Self {
+    pub fn new(
+        config: &BuildConfig,
+        regions: &BuildRegions,
+        storage: &'a mut TreeStorage<'_>,
+    ) -> Self {
         let port =
             |region, name| BurstWriter::new(region, name, Stage::Emit, config.write_burst as usize);
+        let TreeStorage { top, held } = storage;
         let max_leaf_size = config.max_leaf_size;
         let mut emitter = match config.top_level {
             TopLevel::None => Emitter::new(max_leaf_size),
@@ -42,13 +48,13 @@ impl<'a> TreeWriter<'a> {
             emitter,
             cells: CellBuffer::new(prefix(top.cells, config.cells.capacity)),
             top_nodes: prefix(top.nodes, config.cells.capacity),
-            nodes: port(regions.nodes, RegionName::Nodes),
+            nodes: NodePort::new(config, regions, held),
             leaf_table: LeafPort {
                 writer: port(regions.leaf_table, RegionName::LeafTable),
                 held: Deque::new(),
                 delay: config.join_leaves as usize,
             },
-            tree: Tree::empty(NodeFormat::Bvh2, regions.nodes, regions.leaf_table),
+            tree: Tree::empty(config.format(), regions.nodes, regions.leaf_table),
         }
     }
 
@@ -60,16 +66,14 @@ impl<'a> TreeWriter<'a> {
         probe: &mut P,
     ) -> Result<(), BuildError<B::Error>> {
         self.tree.entry_count += 1;
-        if self.emitter.is_plain() {
+        if self.emitter.is_plain() && self.nodes.is_exact() {
             let (entry, closed) = self.emitter.next(item, probe);
             probe.stage(Stage::Emit);
             self.write_entry(bus, entry)?;
             if let Some(closed) = closed {
                 let nodes = &mut self.nodes;
-                self.emitter.settle(closed, probe, |first, second| {
-                    let place = nodes.reserve(bus);
-                    place.map(|place| Bvh2Node::write_children([first, second], place))
-                })?;
+                let write = |first: &_, second: &_| nodes.push_exact(bus, [first, second]);
+                self.emitter.settle(closed, probe, write)?;
             }
         } else {
             let entry = self.emitter.accept(item, probe).map_err(|_| BuildError::Internal)?;
@@ -92,16 +96,13 @@ impl<'a> TreeWriter<'a> {
         self.write_entry(bus, entry)?;
         self.tree.root = self.drain(bus, probe)?;
         self.leaf_table.flush(bus)?;
-        self.tree.node_count = self.emitter.nodes();
         if top_level != TopLevel::None {
-            // What the emitter wrote is flushed in its own stage.
-            self.nodes.flush(bus)?;
-            probe.stage(Stage::TopLevel);
-            self.nodes.set_stage(Stage::TopLevel);
+            self.nodes.enter(bus, Stage::TopLevel, probe)?;
             self.build_top(bus, top_level, probe)?;
         }
-        self.nodes.flush(bus)?;
         self.tree.leaf_count = self.emitter.leaves();
+        self.tree.node_count = self.nodes.count();
+        self.nodes.finish(bus, self.tree.root.as_ref(), probe)?;
         Ok(self.tree)
     }
 
@@ -128,7 +129,7 @@ impl<'a> TreeWriter<'a> {
             match self.emitter.step(probe) {
                 Step::Root(root) => return Ok(Some(root)),
                 Step::Cell(cell) => self.keep(bus, cell, probe)?,
-                step => write_step(bus, &mut self.nodes, &mut self.leaf_table, &step)?,
+                step => write_step(bus, &mut self.nodes, &mut self.leaf_table, &step, probe)?,
             }
         }
         Ok(None)
@@ -152,21 +153,24 @@ impl<'a> TreeWriter<'a> {
                     while !self.emitter.is_ready() {
                         match self.emitter.step(probe) {
                             Step::Root(root) => self.tree.root = Some(root),
-                            step => write_step(bus, &mut self.nodes, &mut self.leaf_table, &step)?,
+                            step => write_step(
+                                bus,
+                                &mut self.nodes,
+                                &mut self.leaf_table,
+                                &step,
+                                probe,
+                            )?,
                         }
                     }
                 }
-                self.tree.node_count = self.emitter.nodes();
             }
             TopLevel::Atrbvh(atrbvh) => {
-                let count = self.emitter.nodes();
-                let mut sink = TopSink { bus, nodes: &mut self.nodes, count };
+                let mut sink = TopSink { bus, nodes: &mut self.nodes };
                 let root = atrbvh.build(cells, self.top_nodes, &mut sink, probe);
                 self.tree.root = root.map_err(|exhausted| match exhausted {
                     Exhausted::Sink(error) => error,
                     Exhausted::Stack => BuildError::Unsorted,
                 })?;
-                self.tree.node_count = sink.count;
             }
         }
         Ok(())
@@ -178,23 +182,31 @@ impl<'a> TreeWriter<'a> {
         cell: Cell,
         probe: &mut P,
     ) -> Result<(), BuildError<B::Error>> {
-        let write = |step: &Step| write_step(bus, &mut self.nodes, &mut self.leaf_table, step);
+        self.nodes.settle(bus, probe)?;
+        let Self { nodes, leaf_table, emitter, cells, .. } = self;
+        let write = |step: &Step, probe: &mut P| match step {
+            Step::Cell(_) => nodes.settle(bus, probe),
+            step => write_step(bus, nodes, leaf_table, step, probe),
+        };
         // There is room for a cell, as the storage was checked.
-        let kept = self.cells.push(cell, &mut self.emitter, probe, write)?;
+        let kept = cells.push(cell, emitter, probe, write)?;
         if kept { Ok(()) } else { Err(BuildError::Internal) }
     }
 }
 
 /// Writes what a step of the emitter completed.
 #[inline]
-fn write_step<B: Bus>(
+fn write_step<B: Bus, P: Probe>(
     bus: &mut B,
-    nodes: &mut BurstWriter,
+    nodes: &mut NodePort<'_>,
     leaf_table: &mut LeafPort,
     step: &Step,
+    probe: &mut P,
 ) -> Result<(), BuildError<B::Error>> {
     match step {
-        Step::Node(node) => node.write(nodes.reserve(bus)?),
+        Step::Node(node) => {
+            nodes.push(bus, node, probe)?;
+        }
         Step::JoinLeaves { entries } => leaf_table.unmark(*entries),
         Step::Push | Step::Cell(_) | Step::Root(_) | Step::Idle => {}
     }
@@ -240,20 +252,16 @@ impl LeafPort {
 }
 
 /// The node port during the top-level build.
-struct TopSink<'a, B> {
+struct TopSink<'a, 'n, B> {
     bus: &'a mut B,
-    nodes: &'a mut BurstWriter,
-    count: u32,
+    nodes: &'a mut NodePort<'n>,
 }
 
-impl<B: Bus> NodeSink for TopSink<'_, B> {
+impl<B: Bus> NodeSink for TopSink<'_, '_, B> {
     type Error = BuildError<B::Error>;
 
-    fn node(&mut self, node: &Bvh2Node) -> Result<NodeIndex, Self::Error> {
-        node.write(self.nodes.reserve(self.bus)?);
-        let index = NodeIndex(self.count);
-        self.count += 1;
-        Ok(index)
+    fn node<P: Probe>(&mut self, node: &Bvh2Node, probe: &mut P) -> Result<NodeIndex, Self::Error> {
+        self.nodes.push(self.bus, node, probe)
     }
 }
 

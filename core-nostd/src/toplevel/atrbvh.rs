@@ -242,7 +242,7 @@ fn join<S: NodeSink, P: Probe>(
     children: [Subtree; 2],
 ) -> Result<Subtree, S::Error> {
     probe.top_node();
-    let index = sink.node(&Bvh2Node { children })?;
+    let index = sink.node(&Bvh2Node { children }, probe)?;
     let bounds = children[0].bounds.union(&children[1].bounds);
     Ok(Subtree { bounds, child: Child::Inner(index) })
 }
@@ -316,7 +316,7 @@ mod tests {
     impl NodeSink for Nodes {
         type Error = ();
 
-        fn node(&mut self, node: &Bvh2Node) -> Result<NodeIndex, ()> {
+        fn node<P: Probe>(&mut self, node: &Bvh2Node, _: &mut P) -> Result<NodeIndex, ()> {
             self.0.push(*node).map_err(|_| ())?;
             Ok(NodeIndex(self.0.len() as u32 - 1))
         }

@@ -17,6 +17,7 @@ pub use binned::{Binned, Bins};
 use crate::emit::{Cell, CellConfig, MAX_DEPTH};
 use crate::error::ConfigError;
 use crate::node::{Bvh2Node, NodeIndex};
+use crate::probe::Probe;
 
 /// How the top of a tree is built.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Hash)]
@@ -84,7 +85,7 @@ pub(crate) trait NodeSink {
     type Error;
 
     /// Takes the next node.
-    fn node(&mut self, node: &Bvh2Node) -> Result<NodeIndex, Self::Error>;
+    fn node<P: Probe>(&mut self, node: &Bvh2Node, probe: &mut P) -> Result<NodeIndex, Self::Error>;
 }
 
 const _: () = assert!(MAX_DEPTH < 255, "depths are bytes");

@@ -8,7 +8,7 @@ use xylem_core::error::BuildError;
 use xylem_core::geom::{Ray, RayError};
 use xylem_core::mem::{Bus, Region};
 use xylem_core::node::{NodeFormat, Quantization};
-use xylem_core::pipeline::{self, BuildConfig};
+use xylem_core::pipeline::{self, BuildConfig, TreeStorage};
 use xylem_core::probe::{Probe, Stage};
 use xylem_core::sort::{InputFormat, SortBuffers, Workspace};
 use xylem_core::toplevel::{TopNode, TopStorage};
@@ -43,9 +43,10 @@ impl Buffers {
     }
 
     /// The buffers as the builder wants them.
-    fn parts(&mut self) -> (Workspace<'_>, TopStorage<'_>) {
+    fn parts(&mut self) -> (Workspace<'_>, TreeStorage<'_>) {
         let Self { sort, cells, top_nodes } = self;
-        (sort.workspace(), TopStorage { cells, nodes: top_nodes })
+        let top = TopStorage { cells, nodes: top_nodes };
+        (sort.workspace(), TreeStorage { top, held: &mut [] })
     }
 }
 
@@ -147,7 +148,7 @@ pub fn run<B: Bus, C: Clock>(
     let mut stages = StageCycles::new(clock);
 
     let built =
-        pipeline::build_with_top(bus, &config, &layout.build, count, workspace, top, &mut stages);
+        pipeline::build_with(bus, &config, &layout.build, count, workspace, top, &mut stages);
     let exact = built.map_err(JobError::Build)?;
     stages.stage(Stage::Compress);
     let quantization = match blob.header.format {

@@ -57,7 +57,10 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     };
     let run = options::build(&mesh, &build)?;
     let quality = run.check().map_err(|e| build_failed(&mesh, e))?;
-    let trees = [("bvh2", run.exact), ("cbvh", run.scene)];
+    let trees: Vec<_> = [("bvh2", run.exact), ("cbvh", Some(run.scene))]
+        .into_iter()
+        .filter_map(|(name, scene)| Some((name, scene?)))
+        .collect();
 
     let camera = render::camera(&mesh, up, size);
     let primary = RaySet::trace("camera", &mesh, &run, &trees, &camera.rays())?;
@@ -90,7 +93,7 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     };
 
     let mut tree_reports = Vec::new();
-    for (format, scene) in trees {
+    for &(format, scene) in &trees {
         let quality = check(&run.memory, &scene).map_err(|e| build_failed(&mesh, e))?;
         let bytes_per_node = scene.tree.format.bytes();
         tree_reports.push(TreeReport {
@@ -143,7 +146,7 @@ impl RaySet {
         name: &'static str,
         mesh: &Mesh,
         run: &BuildRun,
-        trees: &[(&'static str, Scene); 2],
+        trees: &[(&'static str, Scene)],
         scene_rays: &[crate::scene::SceneRay],
     ) -> Result<Self, CliError> {
         let rays: Vec<GridRay> =
@@ -168,7 +171,7 @@ impl RaySet {
         (rays.len() as u64, wrong.len() as u64)
     }
 
-    fn reports(&self, mesh: &Mesh, trees: &[(&'static str, Scene); 2]) -> Vec<RaySetReport> {
+    fn reports(&self, mesh: &Mesh, trees: &[(&'static str, Scene)]) -> Vec<RaySetReport> {
         let conversion = ConversionCounts::of(&self.rays);
         let report = |((_, scene), traced): (&(&'static str, Scene), &TraceRun)| {
             let words = BuildReport::format_words(scene.tree.format);

@@ -1,7 +1,6 @@
 //! Options of the clocked builder.
 
 use clap::ValueEnum;
-use xylem_core::node::NodeFormat;
 
 use super::CliError;
 use crate::machine::config::MachineConfig;
@@ -73,9 +72,9 @@ impl MachineArgs {
             ..base
         };
         config.check().map_err(|error| CliError::Usage(error.to_string()))?;
-        if options.format != NodeFormat::Bvh2 {
-            let message = "the clocked builder writes 64-byte nodes; use --format bvh2, or --engine \
-                           function";
+        if options.format != options.config.format() {
+            let message = "the clocked builder compresses nodes as it emits them, or not at all; use \
+                           --compress bottomup, --format bvh2, or --engine function";
             return Err(CliError::Usage(message.into()));
         }
         Ok(Some(config))

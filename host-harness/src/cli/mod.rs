@@ -8,6 +8,7 @@ mod console;
 mod demo;
 mod dram;
 mod error;
+mod format;
 mod machine;
 mod options;
 mod output;

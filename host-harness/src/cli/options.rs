@@ -5,12 +5,12 @@ use std::fmt;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use xylem_core::emit::{CellConfig, EmitterKind, MAX_CHAIN, MAX_RADIUS, PlocConfig};
-use xylem_core::node::{NodeFormat, Quantization};
 use xylem_core::num::{Grid, MortonWidth};
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
 use xylem_core::traverse::Query;
 
+use super::format::FormatArgs;
 use super::{CliError, progress};
 use crate::run::{BuildOptions, BuildRun, RunError};
 use crate::scene::{self, LoadOptions, Mesh};
@@ -21,18 +21,8 @@ pub(super) struct TreeArgs {
     /// OBJ file (.obj, .obj.gz), a name in scenes/ or $XYLEM_SCENES, or a computed scene (see
     /// `xylem scene list`)
     pub scene: String,
-    /// Nodes: bvh2 is two exact boxes in 64 bytes, cbvh two quantized ones in 16 [default: bvh2, or
-    /// cbvh if --compress or --coords is given]
-    #[arg(long, value_enum)]
-    format: Option<Format>,
-    /// How cbvh nodes are made: by a pass from the root down over the finished tree [default:
-    /// topdown]
-    #[arg(long, value_enum)]
-    compress: Option<Compress>,
-    /// What coordinates of cbvh nodes count from: the parent's corner, or the scene's modulo 2^6
-    /// [default: modulo]
-    #[arg(long, value_enum)]
-    coords: Option<Coords>,
+    #[command(flatten)]
+    nodes: FormatArgs,
     /// Bits of a Morton code
     #[arg(long, value_enum, default_value_t = Morton::Bits30)]
     morton: Morton,
@@ -130,31 +120,6 @@ fn bins(text: &str) -> Result<u32, String> {
     }
 }
 
-/// `--format`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// 64 bytes, two exact boxes
-    Bvh2,
-    /// 16 bytes, two quantized boxes
-    Cbvh,
-}
-
-/// `--compress`.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Compress {
-    /// From the root down, over the finished tree
-    Topdown,
-}
-
-/// `--coords`.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Coords {
-    /// From the parent's corner
-    Relative,
-    /// From the scene's corner, modulo 64 cells
-    Modulo,
-}
-
 /// `--morton`.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Morton {
@@ -209,18 +174,7 @@ impl TreeArgs {
     /// # Errors
     /// [`CliError::Usage`] if they contradict each other.
     pub fn build_options(&self) -> Result<BuildOptions, CliError> {
-        let compressed = self.compress.is_some() || self.coords.is_some();
-        if compressed && self.format == Some(Format::Bvh2) {
-            let message = "--compress and --coords are about quantized nodes, but --format is bvh2; \
-                           use --format cbvh or leave them out";
-            return Err(CliError::Usage(message.into()));
-        }
-        let compressed = compressed || self.format == Some(Format::Cbvh);
-        let format = match (compressed, self.coords) {
-            (false, _) => NodeFormat::Bvh2,
-            (true, Some(Coords::Relative)) => NodeFormat::Quantized(Quantization::RELATIVE),
-            (true, Some(Coords::Modulo) | None) => NodeFormat::Quantized(Quantization::MODULO),
-        };
+        let (format, compression) = self.nodes.resolve()?;
         let mut config = BuildConfig {
             grid: self.grid(),
             morton: match self.morton {
@@ -229,6 +183,7 @@ impl TreeArgs {
             },
             max_leaf_size: self.max_leaf,
             emitter: self.emitter()?,
+            compression,
             ..BuildConfig::default()
         };
         self.top.set(&mut config);

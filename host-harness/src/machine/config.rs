@@ -1,5 +1,6 @@
 //! Every parameter of the clocked builder in one place.
 
+use xylem_core::compress::HeldNode;
 use xylem_core::emit::{Cell, EmitterKind};
 use xylem_core::error::ConfigError;
 use xylem_core::pipeline::BuildConfig;
@@ -128,6 +129,11 @@ impl MachineConfig {
             _ => self.build.cells.capacity,
         };
         vec![Cell::EMPTY; capacity as usize]
+    }
+
+    /// Storage for the compressor's treelets.
+    pub(super) fn held_nodes(&self) -> Vec<HeldNode> {
+        vec![HeldNode::EMPTY; self.build.compression.map_or(0, |c| c.held_nodes())]
     }
 
     /// Checks every parameter.

@@ -9,6 +9,7 @@
 //! top-level builders without a unit of their own run from [`tape`].
 
 pub mod activity;
+pub mod compressor;
 pub mod config;
 pub mod emitter;
 pub mod fault;

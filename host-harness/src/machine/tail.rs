@@ -9,6 +9,7 @@ use xylem_core::probe::Stage;
 use xylem_core::sort::Item;
 use xylem_core::toplevel::TopLevel;
 
+use super::compressor::CompressorEvents;
 use super::emitter::{Did, EmitterUnit};
 use super::player::Player;
 use super::port::{Access, PortError};
@@ -49,6 +50,7 @@ impl Tail<'_> {
         config.emitter == EmitterKind::Lbvh
             && config.top_level == TopLevel::None
             && config.join_leaves == 0
+            && config.compression.is_none()
     }
 
     /// Runs one cycle in which `item` is offered; with `end`, no item follows.
@@ -147,6 +149,14 @@ impl Tail<'_> {
     pub fn arrive(&mut self, addr: u32) {
         if let Self::Tape(unit) = self {
             unit.player.arrive(addr);
+        }
+    }
+
+    /// What the compressor did.
+    pub fn compressor_events(&self) -> CompressorEvents {
+        match self {
+            Self::Emitter(_) => CompressorEvents::default(),
+            Self::Tape(unit) => unit.tape.compressor_events(),
         }
     }
 

@@ -11,6 +11,8 @@
 //! | beat of the clustering chain | 1, or as many as it writes nodes or leaves |
 //! | pass of the clustering chain | 6 a sweep of latency after its list has ended |
 //! | sweep of the binned top-level builder | 1 a cell, and 32 (P1 §4.5, P2 §6.1) |
+//! | node encoded for the first time | none: the encoder takes one a cycle, as the emitter makes them |
+//! | node encoded again | 4, after its line has come if it is not held: one at a time (P3 §5.3) |
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -20,6 +22,7 @@ use xylem_core::mem::{Bus, ByteAddr, Region};
 use xylem_core::pipeline::BuildRegions;
 use xylem_core::probe::{Probe, Stage};
 
+use super::compressor::{CompressorEvents, CompressorTiming};
 use super::ploc::PlocTiming;
 use super::toplevel::{SweepUnit, TopEvents};
 use crate::bus::{Tally, Traffic};
@@ -65,8 +68,12 @@ struct Recorder {
     /// Sweeps of the clustering chain, where there is one, and whether a pass has begun.
     sweeps: u64,
     passes: u32,
-    top: bool,
+    /// What bursts are counted under.
+    stage: Option<Stage>,
+    /// What cycles are counted under, once it is no longer the emission.
+    stage_time: Option<Stage>,
     top_events: TopEvents,
+    compressor: CompressorEvents,
     regions: Vec<(RegionName, Region)>,
     traffic: Traffic,
 }
@@ -99,6 +106,11 @@ impl Tape {
     /// The tape as a probe.
     pub fn probe(&self) -> TapeProbe<'_> {
         TapeProbe { tape: self }
+    }
+
+    /// What the compressor did so far.
+    pub fn compressor_events(&self) -> CompressorEvents {
+        self.inner.borrow().compressor
     }
 
     /// What the top-level builder did so far.
@@ -141,7 +153,7 @@ impl Recorder {
         };
         let holds = |region: &Region| region.base.0 <= addr && addr - region.base.0 < region.size;
         let name = self.regions.iter().find(|(_, region)| holds(region)).map(|(name, _)| *name);
-        let stage = if self.top { Stage::TopLevel } else { Stage::Emit };
+        let stage = self.stage.unwrap_or(Stage::Emit);
         let key = (stage, name.map(RegionName::as_str));
         *self.traffic.tallies.entry(key).or_default() += tally;
     }
@@ -166,7 +178,13 @@ impl Bus for TapeBus<'_> {
         let bytes = self.image.get(start..start + buf.len()).ok_or(OutOfRange)?;
         buf.copy_from_slice(bytes);
         let bytes = buf.len() as u32;
-        self.tape.with(|tape| tape.push(Event::Read { addr: addr.0, bytes }));
+        self.tape.with(|tape| {
+            if tape.stage == Some(Stage::Compress) {
+                // Which node is next follows from this one.
+                tape.push(Event::Barrier);
+            }
+            tape.push(Event::Read { addr: addr.0, bytes });
+        });
         Ok(())
     }
 
@@ -188,13 +206,18 @@ pub struct TapeProbe<'a> {
 
 impl Probe for TapeProbe<'_> {
     fn stage(&mut self, stage: Stage) {
-        // Merge and emission alternate record by record; they are one time.
-        if stage == Stage::TopLevel {
-            self.tape.with(|tape| {
-                tape.top = true;
+        // Merge, emission and repairs alternate record by record; they are one time.
+        self.tape.with(|tape| {
+            let top = tape.stage_time == Some(Stage::TopLevel);
+            if stage == Stage::TopLevel && !top {
+                tape.stage_time = Some(stage);
                 tape.push(Event::Stage(stage));
+            }
+            tape.stage = Some(match stage {
+                Stage::Compress | Stage::TopLevel => stage,
+                _ => Stage::Emit,
             });
-        }
+        });
     }
 
     fn emit_push(&mut self, _: usize) {
@@ -232,6 +255,17 @@ impl Probe for TapeProbe<'_> {
             let nodes = std::mem::take(&mut tape.nodes);
             let leaves = std::mem::take(&mut tape.leaves);
             tape.work += 1.max(nodes * node_interval).max(leaves * leaf_interval);
+        });
+    }
+
+    fn compress_node(&mut self) {
+        self.tape.with(|tape| tape.compressor.compress_node());
+    }
+
+    fn backtrack(&mut self, depth: u8) {
+        self.tape.with(|tape| {
+            tape.compressor.backtrack(depth);
+            tape.work += CompressorTiming::default().repair;
         });
     }
 

@@ -1,8 +1,6 @@
 //! How long the unit for binned top-level builds takes: a formula over the core's events.
 
-use xylem_core::probe::{Probe, Stage};
-
-use crate::bus::StageClock;
+use xylem_core::probe::Probe;
 
 /// The serial unit of P1 §4.5 and P2 §6.1: it reads one box a cycle from its buffer, partitions it
 /// for this sweep and bins it for the next, and then works out the best plane.
@@ -58,41 +56,6 @@ impl Probe for TopEvents {
     fn top_treelet(&mut self, _: usize, better: bool) {
         self.treelets += 1;
         self.better_treelets += u64::from(better);
-    }
-}
-
-/// Counts what the top-level builders do and tells a clock of the stage.
-#[derive(Debug)]
-pub struct TopWatch<'a> {
-    stage: &'a StageClock,
-    /// What was counted.
-    pub events: TopEvents,
-}
-
-impl<'a> TopWatch<'a> {
-    /// A watch that has seen nothing.
-    pub fn new(stage: &'a StageClock) -> Self {
-        Self { stage, events: TopEvents::default() }
-    }
-}
-
-impl Probe for TopWatch<'_> {
-    #[inline]
-    fn stage(&mut self, stage: Stage) {
-        // The clock is a shared cell; its reference is the probe.
-        (&mut &*self.stage).stage(stage);
-    }
-    fn top_cell(&mut self) {
-        self.events.top_cell();
-    }
-    fn top_coarsen(&mut self, cells: usize) {
-        self.events.top_coarsen(cells);
-    }
-    fn top_sweep(&mut self, cells: usize) {
-        self.events.top_sweep(cells);
-    }
-    fn top_treelet(&mut self, leaves: usize, better: bool) {
-        self.events.top_treelet(leaves, better);
     }
 }
 

@@ -13,6 +13,7 @@ use xylem_core::sort::{InputFormat, RecordFormat};
 use xylem_core::toplevel::TopLevel;
 
 use super::clocked::ClockedReport;
+use super::compression::CompressionReport;
 use super::{Table, units};
 use crate::bus::Traffic;
 use crate::machine::toplevel::{SweepUnit, TopEvents};
@@ -28,6 +29,9 @@ pub struct BuildReport {
     /// The coordinates of quantized nodes, as `--coords` names them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coords: Option<&'static str>,
+    /// How nodes were quantized, if they were.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub compression: Option<CompressionReport>,
     /// The input, as `--input` names it.
     pub input: &'static str,
     /// What runs consist of, as `--record` names it.
@@ -252,6 +256,11 @@ impl BuildReport {
             scene: scene.to_owned(),
             format,
             coords,
+            compression: CompressionReport::new(
+                tree.format,
+                config.compression.as_ref(),
+                &run.compressor,
+            ),
             input: match config.input {
                 InputFormat::Box32 => "aabb",
                 InputFormat::Triangle40 => "triangle",
@@ -366,6 +375,9 @@ impl fmt::Display for BuildReport {
         let optional = |n: Option<f64>| n.map_or("n/a".into(), |n| format!("{n:.2}"));
         let coords = self.coords.map_or(String::new(), |c| format!(", {c} coordinates"));
         writeln!(f, "{}: {}{coords}, emitter {}", self.scene, self.format, self.emitter_words())?;
+        if let Some(compression) = &self.compression {
+            writeln!(f, "quantized: {}", compression.words())?;
+        }
         writeln!(f, "  {}", self.configuration())?;
         writeln!(
             f,

@@ -6,6 +6,7 @@ mod build;
 pub mod chart;
 mod clocked;
 pub mod colour;
+mod compression;
 mod dram;
 mod heat;
 pub mod html;
@@ -23,6 +24,7 @@ mod wrap;
 
 pub use build::{BuildReport, RegionReport, StageReport, stage_name};
 pub use clocked::{ClockedReport, MemoryReport, UnitReport};
+pub use compression::CompressionReport;
 pub use dram::DramReport;
 pub use heat::HeatMap;
 pub use picture::{LETTER, Picture};

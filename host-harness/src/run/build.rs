@@ -3,31 +3,34 @@
 use std::time::{Duration, Instant};
 
 use heapless::Vec as FixedVec;
-use xylem_core::compress::compress_top_down;
+use xylem_core::compress::{HeldNode, compress_top_down};
 use xylem_core::emit::Cell;
 use xylem_core::error::BuildError;
 use xylem_core::geom::Triangle;
 use xylem_core::mem::{Bus, ByteAddr};
 use xylem_core::node::{NodeFormat, Tree};
-use xylem_core::pipeline::{self, BuildConfig};
+use xylem_core::pipeline::{self, BuildConfig, TreeStorage};
 use xylem_core::probe::Probe;
 use xylem_core::quality::{self, Malformed, Quality};
 use xylem_core::sort::{HeapEntry, InputFormat, Item, Queue, Workspace};
 use xylem_core::toplevel::{TopLevel, TopNode, TopStorage};
 use xylem_core::traverse::Scene;
 
+use super::watch::BuildWatch;
 use super::{ClockedRun, Layout};
 use crate::bus::{FlatMemory, MEMORIES, MemoryError, MemoryTiming, Metered, StageClock, Traffic};
+use crate::machine::compressor::CompressorEvents;
 use crate::machine::config::MachineConfig;
 use crate::machine::mergetree::MachineError;
-use crate::machine::toplevel::{TopEvents, TopWatch};
+use crate::machine::toplevel::TopEvents;
 
 /// What to build.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BuildOptions {
-    /// The builder's configuration.
+    /// The builder's configuration; with a compression in it, nodes are compressed as they come.
     pub config: BuildConfig,
-    /// The format that is traced in the end.
+    /// The format that is traced in the end: that of the builder, or quantized by a separate pass from
+    /// the top down.
     pub format: NodeFormat,
     /// The memory whose time is modelled.
     pub memory: MemoryTiming,
@@ -56,12 +59,14 @@ pub struct BuildRun {
     pub layout: Layout,
     /// The tree in the requested format and the triangles.
     pub scene: Scene,
-    /// The tree of 64-byte nodes that came first (the same one if that was requested).
-    pub exact: Scene,
+    /// The tree of 64-byte nodes (the same one if that was requested), if there was one.
+    pub exact: Option<Scene>,
     /// Traffic by stage and region.
     pub traffic: Traffic,
     /// What the top-level builder did.
     pub top: TopEvents,
+    /// What the streaming compressor did.
+    pub compressor: CompressorEvents,
     /// How long the host took for building and compressing, measured; with a machine, how long it
     /// simulated.
     pub host_time: Duration,
@@ -81,8 +86,11 @@ pub enum RunError {
     /// The machine reported an error.
     #[error("{0}")]
     Machine(#[from] MachineError),
-    /// The machine has no compressor.
-    #[error("the clocked builder writes 64-byte nodes; use format bvh2, or the function engine")]
+    /// The machine has no compressor for finished trees.
+    #[error(
+        "the clocked builder compresses bottom-up, or not at all; use --compress bottomup, \
+         format bvh2, or the function engine"
+    )]
     ClockedFormat,
     /// The tree is not well formed; a defect.
     #[error("the tree is not well formed: {0:?} (a defect of the builder)")]
@@ -103,15 +111,16 @@ pub fn build(triangles: &[Triangle], options: &BuildOptions) -> Result<BuildRun,
     let mut bus = Metered::new(memory, &stage, &layout.named(), options.memory);
     let start = Instant::now();
     let count = triangles.len() as u32;
-    let mut watch = TopWatch::new(&stage);
+    let mut watch = BuildWatch::new(&stage);
     let (tree, exact) = job(&mut bus, &layout, options, count, &mut buffers, &mut watch)?;
     let host_time = start.elapsed();
-    let top = watch.events;
+    let (top, compressor) = (watch.top, watch.compressor);
     let traffic = bus.traffic();
     let scene = |tree| Scene { tree, triangles: layout.triangles, triangle_count: count };
-    let (scene, exact) = (scene(tree), scene(exact));
+    let (scene, exact) = (scene(tree), exact.map(scene));
     let memory = bus.into_inner();
-    Ok(BuildRun { memory, layout, scene, exact, traffic, top, host_time, clocked: None })
+    let clocked = None;
+    Ok(BuildRun { memory, layout, scene, exact, traffic, top, compressor, host_time, clocked })
 }
 
 /// The same on the clock.
@@ -120,7 +129,7 @@ fn clocked(
     options: &BuildOptions,
     machine: &MachineConfig,
 ) -> Result<BuildRun, RunError> {
-    if options.format != NodeFormat::Bvh2 {
+    if options.format != options.config.format() {
         return Err(RunError::ClockedFormat);
     }
     let machine = MachineConfig { build: options.config, ..*machine };
@@ -130,10 +139,11 @@ fn clocked(
     let clocked = super::clocked::run(&machine, &mut memory, &layout, count, &options.memory)?;
     let tree = clocked.machine.tree;
     let scene = Scene { tree, triangles: layout.triangles, triangle_count: count };
+    let exact = (tree.format == NodeFormat::Bvh2).then_some(scene);
     let (traffic, host_time) = (clocked.machine.traffic.clone(), clocked.host_time);
-    let top = clocked.machine.top;
+    let (top, compressor) = (clocked.machine.top, clocked.machine.compressor);
     let clocked = Some(clocked);
-    Ok(BuildRun { memory, layout, scene, exact: scene, traffic, top, host_time, clocked })
+    Ok(BuildRun { memory, layout, scene, exact, traffic, top, compressor, host_time, clocked })
 }
 
 /// Places triangles, and boxes if they are the input, in memory just large enough.
@@ -166,7 +176,8 @@ pub fn load(
     Ok((memory, layout))
 }
 
-/// Builds and compresses on any bus; returns the tree in the requested format and the exact one.
+/// Builds and compresses on any bus; returns the tree in the requested format and, if there is one,
+/// that of 64-byte nodes.
 ///
 /// # Errors
 /// [`BuildError`].
@@ -177,19 +188,20 @@ pub fn job<B: Bus, P: Probe>(
     count: u32,
     buffers: &mut Buffers,
     probe: &mut P,
-) -> Result<(Tree, Tree), BuildError<B::Error>> {
-    let (mut workspace, mut top) = buffers.parts();
+) -> Result<(Tree, Option<Tree>), BuildError<B::Error>> {
+    let (mut workspace, mut storage) = buffers.parts();
     let (config, regions) = (&options.config, &layout.build);
-    let exact =
-        pipeline::build_with_top(bus, config, regions, count, &mut workspace, &mut top, probe)?;
-    let target = layout.quantized_nodes;
-    let tree = match options.format {
-        NodeFormat::Bvh2 => exact,
-        NodeFormat::Quantized(quantization) => {
-            compress_top_down(bus, &exact, target, &quantization, probe)?
+    let built =
+        pipeline::build_with(bus, config, regions, count, &mut workspace, &mut storage, probe)?;
+    match (built.format, options.format) {
+        (NodeFormat::Bvh2, NodeFormat::Quantized(quantization)) => {
+            let target = layout.quantized_nodes;
+            let tree = compress_top_down(bus, &built, target, &quantization, probe)?;
+            Ok((tree, Some(built)))
         }
-    };
-    Ok((tree, exact))
+        (NodeFormat::Bvh2, NodeFormat::Bvh2) => Ok((built, Some(built))),
+        (NodeFormat::Quantized(_), _) => Ok((built, None)),
+    }
 }
 
 /// The widest merge that the host has room for.
@@ -203,6 +215,7 @@ pub struct Buffers {
     heap: Box<FixedVec<HeapEntry, MAX_WIDTH>>,
     cells: Vec<Cell>,
     top_nodes: Vec<TopNode>,
+    held: Vec<HeldNode>,
 }
 
 impl Buffers {
@@ -218,6 +231,7 @@ impl Buffers {
             heap: Box::default(),
             cells: vec![Cell::EMPTY; cells],
             top_nodes: vec![TopNode::EMPTY; cells],
+            held: vec![HeldNode::EMPTY; config.compression.map_or(0, |c| c.held_nodes())],
         }
     }
 
@@ -226,11 +240,11 @@ impl Buffers {
         self.parts().0
     }
 
-    /// All storage: the sorter's and the top-level builder's.
-    pub fn parts(&mut self) -> (Workspace<'_>, TopStorage<'_>) {
-        let Self { items, queues, heap, cells, top_nodes } = self;
+    /// All storage: the sorter's and that of what follows it.
+    pub fn parts(&mut self) -> (Workspace<'_>, TreeStorage<'_>) {
+        let Self { items, queues, heap, cells, top_nodes, held } = self;
         let workspace = Workspace { items, queues: &mut **queues, heap: &mut **heap };
-        (workspace, TopStorage { cells, nodes: top_nodes })
+        (workspace, TreeStorage { top: TopStorage { cells, nodes: top_nodes }, held })
     }
 }
 

@@ -3,7 +3,7 @@
 use xylem_core::error::RegionName;
 use xylem_core::geom::Triangle;
 use xylem_core::mem::Region;
-use xylem_core::node::{Bvh2Node, LeafEntry, QuantizedPair};
+use xylem_core::node::{LeafEntry, QuantizedPair};
 use xylem_core::pipeline::{BuildConfig, BuildRegions};
 use xylem_core::sort::InputFormat;
 
@@ -46,10 +46,13 @@ impl Layout {
             primitives,
             runs_a: place(runs_a),
             runs_b: place(runs_b),
-            nodes: place(records(Bvh2Node::BYTES)),
+            nodes: place(records(config.format().bytes() as usize)),
             leaf_table: place(records(LeafEntry::BYTES)),
         };
-        let quantized_nodes = place(records(QuantizedPair::MAX_BYTES));
+        let quantized_nodes = match config.compression {
+            None => place(records(QuantizedPair::MAX_BYTES)),
+            Some(_) => build.nodes,
+        };
         let layout = Self { triangles, build, quantized_nodes, size };
         if overflow { Err(size) } else { Ok(layout) }
     }
@@ -60,10 +63,12 @@ impl Layout {
             (RegionName::Primitives, self.build.primitives),
             (RegionName::RunsA, self.build.runs_a),
             (RegionName::RunsB, self.build.runs_b),
-            (RegionName::Nodes, self.build.nodes),
             (RegionName::LeafTable, self.build.leaf_table),
             (RegionName::QuantizedNodes, self.quantized_nodes),
         ];
+        if self.quantized_nodes != self.build.nodes {
+            regions.push((RegionName::Nodes, self.build.nodes));
+        }
         if self.triangles != self.build.primitives {
             regions.push((RegionName::Triangles, self.triangles));
         }

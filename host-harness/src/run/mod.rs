@@ -5,6 +5,7 @@ mod clocked;
 mod layout;
 mod reference;
 mod trace;
+mod watch;
 
 pub use build::{Buffers, BuildOptions, BuildRun, RunError, build, check, job, load};
 pub use clocked::{ClockedRun, MemoryRun};

@@ -29,7 +29,7 @@ pub trait Port {
     ///
     /// # Errors
     /// The port's own.
-    fn node(&mut self, node: &Bvh2Node) -> Result<NodeIndex, Self::Error>;
+    fn node<P: Probe>(&mut self, node: &Bvh2Node, probe: &mut P) -> Result<NodeIndex, Self::Error>;
 
     /// Appends a cluster that has a record to the list of the next pass.
     ///
@@ -179,7 +179,7 @@ impl Cluster {
         }
         let depth = self.joint_depth(&other);
         let children = [self.close(port, probe)?, other.close(port, probe)?];
-        let index = port.node(&Bvh2Node { children })?;
+        let index = port.node(&Bvh2Node { children }, probe)?;
         probe.emit_node();
         Ok(Self { bounds, content: Content::Closed(Child::Inner(index)), depth, weight })
     }

@@ -9,6 +9,7 @@ use crate::emit::MAX_DEPTH;
 use crate::geom::Aabb;
 use crate::node::{Bvh2Node, Child, NodeIndex, Subtree};
 use crate::num::Grid;
+use crate::probe::Probe;
 use crate::sort::Item;
 
 const ROOM: usize = 300;
@@ -28,7 +29,7 @@ impl Port for Log {
         self.entries.extend_from_slice(references).map_err(|_| ())?;
         Ok(first)
     }
-    fn node(&mut self, node: &Bvh2Node) -> Result<NodeIndex, ()> {
+    fn node<P: Probe>(&mut self, node: &Bvh2Node, _: &mut P) -> Result<NodeIndex, ()> {
         self.nodes.push(*node).map_err(|_| ())?;
         Ok(NodeIndex(self.nodes.len() as u32 - 1))
     }
@@ -308,7 +309,7 @@ fn a_failing_port_ends_the_beat_with_its_error() {
         fn leaf(&mut self, _: &[u32]) -> Result<u32, Self::Error> {
             Ok(0)
         }
-        fn node(&mut self, _: &Bvh2Node) -> Result<NodeIndex, Self::Error> {
+        fn node<P: Probe>(&mut self, _: &Bvh2Node, _: &mut P) -> Result<NodeIndex, Self::Error> {
             Err("full")
         }
         fn cluster(&mut self, _: &Cluster) -> Result<(), Self::Error> {

@@ -298,6 +298,7 @@ impl<'a, P: Port> Machine<'a, P> {
             activity: self.activity,
             stalls: self.stalls,
             top: self.tail.top_events(),
+            compressor: self.tail.compressor_events(),
             passes,
         })
     }

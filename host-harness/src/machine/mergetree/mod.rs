@@ -21,12 +21,13 @@ use xylem_core::emit::{EmitterKind, list_bound};
 use xylem_core::error::{BuildError, RegionName};
 use xylem_core::mem::Region;
 use xylem_core::node::Tree;
-use xylem_core::pipeline::{BuildRegions, TreeStream};
+use xylem_core::pipeline::{BuildRegions, TreeStorage, TreeStream};
 use xylem_core::sort::RecordFormat;
 use xylem_core::toplevel::TopStorage;
 
 use self::control::Machine;
 use super::activity::Activity;
+use super::compressor::CompressorEvents;
 use super::config::{MachineConfig, MachineConfigError};
 use super::emitter::EmitterUnit;
 use super::port::{LINE_BYTES, Port, PortError};
@@ -51,6 +52,8 @@ pub struct MachineRun {
     pub stalls: Stalls,
     /// What the top-level builder did.
     pub top: TopEvents,
+    /// What the compressor did.
+    pub compressor: CompressorEvents,
     /// Further merge passes before the last.
     pub passes: u32,
 }
@@ -98,7 +101,9 @@ pub fn build<P: Port>(
     let build = config.runs();
     let tape = Tape::new(config.sweeps(), regions);
     let mut cells = config.top_cells();
-    let mut top = TopStorage { cells: &mut cells, nodes: &mut [] };
+    let top = TopStorage { cells: &mut cells, nodes: &mut [] };
+    let mut held = config.held_nodes();
+    let mut storage = TreeStorage { top, held: &mut held };
     let passes = config.further_passes(count);
     let tail = if Tail::is_plain(&build) {
         Tail::Emitter(EmitterUnit::new(&build, regions))
@@ -115,7 +120,8 @@ pub fn build<P: Port>(
                 return Err(BuildError::RegionFull { region, needed, available }.into());
             }
         }
-        let stream = TreeStream::new(&build, regions, lists, count, &mut top, &mut tape.probe());
+        let stream =
+            TreeStream::new(&build, regions, lists, count, &mut storage, &mut tape.probe());
         let scratchpad = config.build.sort.capacity as usize;
         // A burst is taken whole.
         let sort = config.build.sort;

@@ -1,0 +1,126 @@
+//! Where completed nodes go.
+
+use super::{BuildConfig, BuildRegions};
+use crate::compress::{Compressor, HeldNode, Place};
+use crate::error::{BuildError, RegionName};
+use crate::mem::{BurstWriter, Bus};
+use crate::node::{Bvh2Node, NodeIndex, Subtree};
+use crate::probe::{Probe, Stage};
+
+/// The node port of an emitter: straight to memory, or through the compressor.
+#[derive(Debug)]
+pub(super) struct NodePort<'a> {
+    /// Nodes pushed.
+    count: u32,
+    writer: Writer<'a>,
+}
+
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one, and nothing to put it on")]
+enum Writer<'a> {
+    Exact(BurstWriter),
+    Quantized(Compressor<'a>),
+}
+
+impl<'a> NodePort<'a> {
+    pub fn new(config: &BuildConfig, regions: &BuildRegions, held: &'a mut [HeldNode]) -> Self {
+        let writer = match config.compression {
+            None => Writer::Exact(BurstWriter::new(
+                regions.nodes,
+                RegionName::Nodes,
+                Stage::Emit,
+                config.write_burst as usize,
+            )),
+            Some(compression) => {
+                Writer::Quantized(Compressor::new(compression, regions.nodes, held))
+            }
+        };
+        Self { count: 0, writer }
+    }
+
+    /// Takes the next node and returns what pointers to it say.
+    #[inline]
+    pub fn push<B: Bus, P: Probe>(
+        &mut self,
+        bus: &mut B,
+        node: &Bvh2Node,
+        probe: &mut P,
+    ) -> Result<NodeIndex, BuildError<B::Error>> {
+        let index = NodeIndex(self.count);
+        match &mut self.writer {
+            Writer::Exact(writer) => node.write(writer.reserve(bus)?),
+            Writer::Quantized(compressor) => {
+                compressor.accept(bus, node, index, Place::Next, probe)?;
+            }
+        }
+        self.count += 1;
+        Ok(index)
+    }
+
+    /// Whether nodes go straight to memory.
+    #[inline]
+    pub const fn is_exact(&self) -> bool {
+        matches!(self.writer, Writer::Exact(_))
+    }
+
+    /// Takes the next node by its children; only for a port that [is exact](NodePort::is_exact).
+    #[inline(always)]
+    pub fn push_exact<B: Bus>(
+        &mut self,
+        bus: &mut B,
+        children: [&Subtree; 2],
+    ) -> Result<(), BuildError<B::Error>> {
+        let Writer::Exact(writer) = &mut self.writer else { return Err(BuildError::Internal) };
+        Bvh2Node::write_children(children, writer.reserve(bus)?);
+        self.count += 1;
+        Ok(())
+    }
+
+    /// How many nodes have been pushed.
+    pub const fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// The subtree that was completed last is a cell, to be joined to others later.
+    pub fn settle<B: Bus, P: Probe>(
+        &mut self,
+        bus: &mut B,
+        probe: &mut P,
+    ) -> Result<(), BuildError<B::Error>> {
+        match &mut self.writer {
+            Writer::Exact(_) => Ok(()),
+            Writer::Quantized(compressor) => compressor.settle(bus, probe),
+        }
+    }
+
+    /// What comes now is written in `stage`; what came before has been.
+    pub fn enter<B: Bus, P: Probe>(
+        &mut self,
+        bus: &mut B,
+        stage: Stage,
+        probe: &mut P,
+    ) -> Result<(), BuildError<B::Error>> {
+        match &mut self.writer {
+            Writer::Exact(writer) => {
+                writer.flush(bus)?;
+                writer.set_stage(stage);
+            }
+            Writer::Quantized(compressor) => compressor.enter(bus, stage, probe)?,
+        }
+        probe.stage(stage);
+        Ok(())
+    }
+
+    /// All nodes of the tree with `root` have been pushed.
+    pub fn finish<B: Bus, P: Probe>(
+        self,
+        bus: &mut B,
+        root: Option<&Subtree>,
+        probe: &mut P,
+    ) -> Result<(), BuildError<B::Error>> {
+        match self.writer {
+            Writer::Exact(mut writer) => writer.flush(bus),
+            Writer::Quantized(compressor) => compressor.finish(bus, root, probe),
+        }
+    }
+}
