@@ -20,7 +20,7 @@ const FOR_TAIL: u32 = u32::MAX - 1;
 pub(super) enum Reads {
     /// The primitive reader.
     Input,
-    /// The multi-merge.
+    /// The multi-merge, and what comes after it where nodes are repaired.
     Runs,
     /// What comes after it.
     Tail,
@@ -45,6 +45,10 @@ impl<P: Port> Machine<'_, P> {
         }
         match reads {
             Reads::Input => self.read_input(),
+            // A repair holds the emitter up; it waits for the end of a burst at most.
+            Reads::Runs if self.lines.asked == 0 && self.tail.read().is_some() => {
+                self.read_for_tail();
+            }
             Reads::Runs => self.read_bursts(),
             Reads::Tail => self.read_for_tail(),
         }
