@@ -301,6 +301,25 @@ fn zeros_of_either_sign_in_a_direction_hit_the_same() {
 }
 
 #[test]
+fn traversals_are_of_quantized_nodes_and_say_what_they_multiply() {
+    let (quantized, all) = (["--json", "--format", "cbvh"], ["decompress", "point", "incremental"]);
+    let bits = all.map(|traversal| {
+        let options = [&quantized[..], &["--check", "--traversal", traversal]].concat();
+        let json = trace(&[GOOD], &options).json();
+        assert_eq!((whole(&json, "hits"), whole(&json, "mismatches")), (1, 0));
+        assert_eq!(json["traversal"], traversal);
+        assert_eq!(json["test_multipliers"]["count"], 12);
+        assert_eq!(json.get("resume_multipliers").is_some(), traversal == "point");
+        whole(&json, "stack_entry_bits")
+    });
+    assert!(bits[0] == bits[1] && bits[1] < bits[2], "{bits:?}");
+    assert_eq!(trace(&[GOOD], &quantized).json()["traversal"], "incremental");
+    assert!(trace(&[GOOD], &["--json"]).json().get("traversal").is_none());
+    trace(&[GOOD], &["--traversal", "point"])
+        .fails_with(2, &["--traversal is about quantized nodes", "use --format cbvh"]);
+}
+
+#[test]
 fn no_rays_have_no_means() {
     let json = trace(&[], &["--json"]).json();
     assert_eq!(whole(&json, "rays"), 0);

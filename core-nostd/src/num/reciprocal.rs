@@ -68,6 +68,13 @@ impl Reciprocal {
         Mantissa::from_bits(self.down)
     }
 
+    /// The upper `bits` bits of the mantissa, at most 24: a lower bound in units of `2^-bits`, and the
+    /// exact mantissa is less than one unit above it.
+    #[inline]
+    pub const fn leading(&self, bits: u32) -> u32 {
+        self.down >> (24 - bits)
+    }
+
     /// The left shift that turns a [`PlaneOffset`] into a [`Time`].
     #[inline]
     pub const fn shift(&self) -> u32 {

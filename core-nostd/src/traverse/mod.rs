@@ -20,6 +20,7 @@ mod search;
 mod slab;
 
 pub use hit::{Barycentric, Hit, Query, TraceError};
+pub use quantized::{Cost, Method, Multipliers, TraversalPoint};
 pub use slab::Slabs;
 
 use crate::geom::Ray;
@@ -55,11 +56,38 @@ pub fn trace<B: Bus, P: Probe>(
     query: Query,
     probe: &mut P,
 ) -> Result<Option<Hit>, TraceError<B::Error>> {
+    trace_by(Method::Incremental, bus, scene, ray, query, probe)
+}
+
+/// Traces one ray, testing the boxes of quantized nodes by a method. Nodes of 64 bytes have exact
+/// boxes and are tested in one way.
+///
+/// The closest hit does not depend on the method; which nodes are visited does, and so may which of
+/// several hits answers [`Query::Any`].
+///
+/// # Errors
+/// As [`trace`].
+#[inline]
+pub fn trace_by<B: Bus, P: Probe>(
+    method: Method,
+    bus: &mut B,
+    scene: &Scene,
+    ray: &Ray,
+    query: Query,
+    probe: &mut P,
+) -> Result<Option<Hit>, TraceError<B::Error>> {
+    use quantized::{ByPoint, Decompress, Incremental};
     use search::search;
-    match scene.tree.format {
-        NodeFormat::Bvh2 => search(&bvh2::Exact, bus, scene, ray, query, probe),
-        NodeFormat::Quantized(quantization) => {
-            search(&quantized::Quantized(quantization), bus, scene, ray, query, probe)
+    match (scene.tree.format, method) {
+        (NodeFormat::Bvh2, _) => search(&bvh2::Exact, bus, scene, ray, query, probe),
+        (NodeFormat::Quantized(q), Method::Decompress) => {
+            search(&Decompress(q), bus, scene, ray, query, probe)
+        }
+        (NodeFormat::Quantized(q), Method::TraversalPoint) => {
+            search(&ByPoint(q), bus, scene, ray, query, probe)
+        }
+        (NodeFormat::Quantized(q), Method::Incremental) => {
+            search(&Incremental(q), bus, scene, ray, query, probe)
         }
     }
 }

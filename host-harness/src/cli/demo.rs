@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use xylem_core::node::{NodeFormat, Quantization};
 use xylem_core::num::Grid;
-use xylem_core::traverse::{Query, Scene};
+use xylem_core::traverse::{Method, Query, Scene};
 
 use super::options::{self, build_failed};
 use super::render::{self, Heat, Size, Up};
@@ -151,7 +151,8 @@ impl RaySet {
     ) -> Result<Self, CliError> {
         let rays: Vec<GridRay> =
             scene_rays.iter().map(|ray| GridRay::new(&mesh.frame, ray)).collect();
-        let trace = |scene: &Scene| rays::trace(mesh, run, scene, &rays, Query::Closest);
+        let trace =
+            |scene: &Scene| rays::trace(Method::default(), mesh, run, scene, &rays, Query::Closest);
         let traced = [trace(&trees[0].1)?, trace(&trees[1].1)?];
         Ok(Self { name, rays, traced })
     }

@@ -8,7 +8,7 @@ use xylem_core::emit::{CellConfig, EmitterKind, MAX_CHAIN, MAX_RADIUS, PlocConfi
 use xylem_core::num::{Grid, MortonWidth};
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
-use xylem_core::traverse::Query;
+use xylem_core::traverse::{Method, Query};
 
 use super::format::FormatArgs;
 use super::{CliError, progress};
@@ -165,6 +165,27 @@ impl fmt::Display for QueryArg {
             Self::Closest => "closest",
             Self::Any => "any",
         })
+    }
+}
+
+/// `--traversal`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum TraversalArg {
+    /// Decode boxes to full coordinates and test those
+    Decompress,
+    /// Move the ray's origin to the node and test with short numbers (Keely)
+    Point,
+    /// Step from the parent's plane distances to the children's (Vaidyanathan et al.)
+    Incremental,
+}
+
+impl From<TraversalArg> for Method {
+    fn from(traversal: TraversalArg) -> Self {
+        match traversal {
+            TraversalArg::Decompress => Self::Decompress,
+            TraversalArg::Point => Self::TraversalPoint,
+            TraversalArg::Incremental => Self::Incremental,
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use xylem_core::geom::Ray;
-use xylem_core::traverse::{self, Query, Scene};
+use xylem_core::traverse::{self, Method, Query, Scene};
 
 use super::{CliError, progress};
 use crate::run::{BuildRun, Reference, Sums, TraceRun};
@@ -12,11 +12,12 @@ use crate::scene::{GridRay, Mesh};
 /// How many rays are traced between two steps of a progress bar.
 const CHUNK: usize = 1 << 16;
 
-/// Traces rays through a tree of `run`.
+/// Traces rays through a tree of `run`, testing the boxes of quantized nodes by `method`.
 ///
 /// # Errors
 /// [`CliError::Trace`].
 pub(super) fn trace(
+    method: Method,
     mesh: &Mesh,
     run: &BuildRun,
     scene: &Scene,
@@ -32,7 +33,7 @@ pub(super) fn trace(
     };
     for chunk in rays.chunks(CHUNK) {
         let core: Vec<Option<Ray>> = chunk.iter().map(|ray| ray.core().copied()).collect();
-        let part = crate::run::trace(&run.memory, scene, &core, query)
+        let part = crate::run::trace_by(method, &run.memory, scene, &core, query)
             .map_err(|source| CliError::Trace { scene: mesh.name.clone(), source })?;
         all.hits.extend(part.hits);
         all.per_ray.extend(part.per_ray);

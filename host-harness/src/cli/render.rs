@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use serde::Serialize;
-use xylem_core::traverse::{Query, Scene};
+use xylem_core::traverse::{Method, Query, Scene};
 
 use super::options::{self, TreeArgs};
 use super::{CliError, Console, output, progress, rays};
@@ -180,7 +180,7 @@ pub(super) fn camera_rays(
 ) -> Result<(Vec<GridRay>, TraceRun), CliError> {
     let rays: Vec<GridRay> =
         (0..camera.len()).map(|i| GridRay::new(&mesh.frame, &camera.ray(i))).collect();
-    let traced = rays::trace(mesh, run, scene, &rays, Query::Closest)?;
+    let traced = rays::trace(Method::default(), mesh, run, scene, &rays, Query::Closest)?;
     Ok((rays, traced))
 }
 

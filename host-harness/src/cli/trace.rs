@@ -2,9 +2,12 @@
 
 use std::path::PathBuf;
 
-use super::options::{self, QueryArg, TreeArgs};
+use xylem_core::node::NodeFormat;
+use xylem_core::traverse::Method;
+
+use super::options::{self, QueryArg, TraversalArg, TreeArgs};
 use super::{CliError, Console, output, rays};
-use crate::report::{BuildReport, TraceReport};
+use crate::report::{BuildReport, MethodReport, TraceReport};
 use crate::run::Reference;
 use crate::scene::rays::{RayFileError, read_rays, write_hits};
 use crate::scene::{ConversionCounts, Hit, convert};
@@ -21,6 +24,7 @@ use crate::scene::{ConversionCounts, Hit, convert};
 #[command(after_help = "Examples:\n  \
     xylem trace bunny.obj.gz --rays primary.rays --hits primary.hits\n  \
     xylem trace bunny.obj.gz --rays shadow.rays.gz --query any --format cbvh --json\n  \
+    xylem trace bunny.obj.gz --rays primary.rays --format cbvh --traversal point\n  \
     xylem trace teapot.obj --rays hard.rays --check")]
 pub(super) struct Args {
     #[command(flatten)]
@@ -34,6 +38,9 @@ pub(super) struct Args {
     /// What the rays are asked
     #[arg(long, value_enum, default_value_t = QueryArg::Closest)]
     query: QueryArg,
+    /// How the boxes of cbvh nodes are tested; the closest hits are the same [default: incremental]
+    #[arg(long, value_enum)]
+    traversal: Option<TraversalArg>,
     /// Compare every answer with trying every triangle exactly, which takes time; exit code 1 if
     /// any differs
     #[arg(long)]
@@ -46,6 +53,11 @@ const LISTED: usize = 10;
 /// Runs the command.
 pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let options = args.tree.build_options()?;
+    if args.traversal.is_some() && options.format == NodeFormat::Bvh2 {
+        let message = "--traversal is about quantized nodes, but --format is bvh2; use --format cbvh \
+                       or leave it out";
+        return Err(CliError::Usage(message.into()));
+    }
     if let Some(path) = &args.hits {
         output::check_writable(path)?;
     }
@@ -54,7 +66,8 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let grid_rays = convert::convert(&mesh.frame, &scene_rays)
         .map_err(|source| RayFileError::BadRay { path: args.rays.clone(), source })?;
     let run = options::build(&mesh, &options)?;
-    let traced = rays::trace(&mesh, &run, &run.scene, &grid_rays, args.query.into())?;
+    let method = args.traversal.map_or(Method::default(), Method::from);
+    let traced = rays::trace(method, &mesh, &run, &run.scene, &grid_rays, args.query.into())?;
     if let Some(path) = &args.hits {
         let answers = grid_rays.iter().zip(&traced.hits);
         let hits: Vec<Hit> = answers.map(|(ray, hit)| ray.hit(hit.as_ref())).collect();
@@ -64,6 +77,9 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let words = BuildReport::format_words(options.format);
     let conversion = ConversionCounts::of(&grid_rays);
     let mut report = TraceReport::new(&mesh.name, words, args.query, &conversion, &traced);
+    if let NodeFormat::Quantized(quantization) = &options.format {
+        report.method = Some(MethodReport::new(method, quantization));
+    }
     let mut mismatches = Vec::new();
     if args.check {
         let reference = Reference::new(&mesh.triangles);

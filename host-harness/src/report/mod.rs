@@ -33,6 +33,6 @@ pub use shade::Shading;
 pub use soc::{SocOutput, SocReport, SocStage};
 pub use summary::{Pictures, RaySetReport, Summary, TreeReport};
 pub use table::Table;
-pub use trace::TraceReport;
+pub use trace::{MethodReport, MultipliersReport, TraceReport};
 pub use view::close_up;
 pub use wrap::wrap;

@@ -3,6 +3,8 @@
 use std::fmt;
 
 use serde::Serialize;
+use xylem_core::node::Quantization;
+use xylem_core::traverse::{Method, Multipliers};
 
 use super::units;
 use crate::run::TraceRun;
@@ -52,12 +54,72 @@ pub struct TraceReport {
     pub host_rays_per_s: Option<f64>,
     /// Threads of the host.
     pub threads: usize,
+    /// How boxes of quantized nodes were tested; absent for exact boxes.
+    #[serde(flatten)]
+    pub method: Option<MethodReport>,
     /// Rays whose answers were compared with every triangle's; absent without `--check`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub checked: Option<u64>,
     /// How many of them differed; absent without `--check`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mismatches: Option<u64>,
+}
+
+/// How boxes of quantized nodes are tested, and what a unit that does it multiplies and keeps.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct MethodReport {
+    /// The method, as `--traversal` names it.
+    pub traversal: &'static str,
+    /// The multipliers that test the two boxes of a node.
+    pub test_multipliers: MultipliersReport,
+    /// Those that move the traversal point to a child.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub descend_multipliers: Option<MultipliersReport>,
+    /// Those that find the traversal point again after a pop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resume_multipliers: Option<MultipliersReport>,
+    /// Bits of a stack entry.
+    pub stack_entry_bits: u32,
+}
+
+/// Some equal multipliers.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct MultipliersReport {
+    /// How many.
+    pub count: u32,
+    /// Widths of the two factors, in bits.
+    pub factor_bits: [u32; 2],
+}
+
+impl MethodReport {
+    /// What a method costs for nodes of a quantization.
+    pub fn new(method: Method, quantization: &Quantization) -> Self {
+        let cost = method.cost(quantization);
+        Self {
+            traversal: match method {
+                Method::Decompress => "decompress",
+                Method::TraversalPoint => "point",
+                Method::Incremental => "incremental",
+            },
+            test_multipliers: MultipliersReport::new(cost.test),
+            descend_multipliers: cost.descend.map(MultipliersReport::new),
+            resume_multipliers: cost.resume.map(MultipliersReport::new),
+            stack_entry_bits: cost.stack_entry_bits,
+        }
+    }
+}
+
+impl MultipliersReport {
+    fn new(Multipliers { count, left, right }: Multipliers) -> Self {
+        Self { count, factor_bits: [left, right] }
+    }
+}
+
+impl fmt::Display for MultipliersReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [left, right] = self.factor_bits;
+        write!(f, "{} of {left} x {right} bits", self.count)
+    }
 }
 
 impl TraceReport {
@@ -89,6 +151,7 @@ impl TraceReport {
             host_ms: units::milliseconds(run.host_time),
             host_rays_per_s: (rays > 0 && seconds > 0.0).then(|| rays as f64 / seconds),
             threads: rayon::current_num_threads(),
+            method: None,
             checked: None,
             mismatches: None,
         }
@@ -118,7 +181,18 @@ impl fmt::Display for TraceReport {
             mean(self.nodes_per_ray),
             mean(self.node_bytes_per_ray)
         )?;
-        writeln!(f, "  deepest stack: {} entries", self.stack_depth_max)?;
+        write!(f, "  deepest stack: {} entries", self.stack_depth_max)?;
+        if let Some(method) = &self.method {
+            let (test, bits) = (&method.test_multipliers, method.stack_entry_bits);
+            write!(f, " of {bits} bits\n  boxes: {}, {test} a node", method.traversal)?;
+            if let Some(descend) = &method.descend_multipliers {
+                write!(f, ", {descend} a descent")?;
+            }
+            if let Some(resume) = &method.resume_multipliers {
+                write!(f, ", {resume} a pop")?;
+            }
+        }
+        writeln!(f)?;
         let speed = self.host_rays_per_s.map_or("n/a ".into(), units::rate);
         write!(
             f,

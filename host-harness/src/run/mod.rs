@@ -11,4 +11,4 @@ pub use build::{Buffers, BuildOptions, BuildRun, RunError, build, check, job, lo
 pub use clocked::{ClockedRun, MemoryRun};
 pub use layout::Layout;
 pub use reference::{Answer, Reference};
-pub use trace::{Sums, TraceCounts, TraceRun, trace};
+pub use trace::{Sums, TraceCounts, TraceRun, trace, trace_by};

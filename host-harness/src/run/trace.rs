@@ -8,7 +8,7 @@ use serde::Serialize;
 use xylem_core::geom::Ray;
 use xylem_core::mem::ByteAddr;
 use xylem_core::probe::Probe;
-use xylem_core::traverse::{self, Hit, Query, Scene, TraceError};
+use xylem_core::traverse::{self, Hit, Method, Query, Scene, TraceError};
 
 use crate::bus::{FlatMemory, MemoryError};
 
@@ -88,6 +88,20 @@ pub fn trace(
     rays: &[Option<Ray>],
     query: Query,
 ) -> Result<TraceRun, TraceError<MemoryError>> {
+    trace_by(Method::default(), memory, scene, rays, query)
+}
+
+/// As [`trace`], testing the boxes of quantized nodes by a method.
+///
+/// # Errors
+/// As [`trace`].
+pub fn trace_by(
+    method: Method,
+    memory: &FlatMemory,
+    scene: &Scene,
+    rays: &[Option<Ray>],
+    query: Query,
+) -> Result<TraceRun, TraceError<MemoryError>> {
     let start = Instant::now();
     let answers: Result<Vec<_>, _> = rays
         .par_iter()
@@ -96,7 +110,8 @@ pub fn trace(
             let mut counts = TraceCounts::default();
             let hit = match ray {
                 Some(ray) => {
-                    traverse::trace(&mut memory.snapshot(), scene, ray, query, &mut counts)?
+                    let memory = &mut memory.snapshot();
+                    traverse::trace_by(method, memory, scene, ray, query, &mut counts)?
                 }
                 None => None,
             };
