@@ -74,6 +74,27 @@ impl Planes {
         })
     }
 
+    /// Whether every near plane that is ahead of the ray at `time` is crossed no earlier than `slabs`,
+    /// counted from then, say, and every far plane no later.
+    #[inline]
+    pub fn enclosed_after(&self, ray: &Ray, time: i64, slabs: &Slabs) -> bool {
+        (0..3).all(|i| {
+            let speed = i128::from(self.speed[i]);
+            // Distances from the ray's place at that time, in units of 2^-36.
+            let from = |plane: i64| (i128::from(plane) << 30) - i128::from(time) * speed;
+            let (exact_near, exact_far) = (from(self.near[i]).max(0), from(self.far[i]));
+            let (near, far) = (i128::from(slabs.near[i]), i128::from(slabs.far[i]));
+            if speed == 0 {
+                // Only the side counts.
+                return (near <= 0 || exact_near > 0) && (far >= 0 || exact_far < 0);
+            }
+            let shift = ray.axes()[i].reciprocal.shift();
+            // A far plane behind may be said to be anywhere behind.
+            let behind = far < 0 && exact_far < 0;
+            (near << shift) * speed <= exact_near && (behind || (far << shift) * speed >= exact_far)
+        })
+    }
+
     /// The time at which the ray enters the box's last near plane, rounded up, and the time at
     /// which it leaves the first far plane, rounded up; `None` if no axis moves.
     pub fn crossing(&self) -> Option<(i64, i64)> {

@@ -71,12 +71,9 @@ pub struct TraversalPoint {
 }
 
 impl TraversalPoint {
-    /// The point of a root, whose box is tested in full.
-    pub fn root(ray: &Ray, placement: Placement) -> Self {
-        let t_min = ray.t_min().to_bits();
-        let slabs = Slabs::new(ray, &placement.decoded());
-        let entry = slabs.entry(ray, t_min, ray.t_max().to_bits());
-        Self { placement, time: entry.map_or(t_min, |entry| entry.max(t_min)) }
+    /// The point of a root whose box the ray enters at `entry`, rounded down, in units of 2⁻⁶.
+    pub fn root(ray: &Ray, placement: Placement, entry: i64) -> Self {
+        Self { placement, time: entry.max(ray.t_min().to_bits()) }
     }
 
     /// The point: its distance from the node's near corner along each axis, in quarters of a cell,
@@ -150,7 +147,9 @@ impl Traversable for ByPoint {
     fn root(&self, ray: &Ray, root: &Subtree) -> Option<(Slabs, TraversalPoint)> {
         let placement = Placement::root(&root.bounds, &self.0)?;
         let slabs = Slabs::new(ray, &placement.decoded());
-        Some((slabs, TraversalPoint::root(ray, placement)))
+        // Where the box is missed, the point is not used.
+        let entry = slabs.entry(ray, ray.t_min().to_bits(), ray.t_max().to_bits());
+        Some((slabs, TraversalPoint::root(ray, placement, entry.unwrap_or(0))))
     }
 
     #[inline(always)]
@@ -238,7 +237,10 @@ mod tests {
             let quantization = Quantization { bits, min_scale, ..Quantization::MODULO };
             let (target, ray) = random.ray_through_a_point();
             let placement = Placement::root(&all, &quantization).unwrap();
-            let mut point = TraversalPoint::root(&ray, placement);
+            let slabs = Slabs::new(&ray, &placement.decoded());
+            let (t_min, t_max) = (ray.t_min().to_bits(), ray.t_max().to_bits());
+            let entry = slabs.entry(&ray, t_min, t_max).expect("the point is on the grid");
+            let mut point = TraversalPoint::root(&ray, placement, entry);
             for _ in 0..12 {
                 let position = point.position(&ray);
                 let width = 1 << (bits + 2);
@@ -250,7 +252,6 @@ mod tests {
                 }
                 let cells = around(&mut random, &point.placement, target);
                 let slabs = point.slabs(&ray, &position, &cells, bits);
-                let (t_min, t_max) = (ray.t_min().to_bits(), ray.t_max().to_bits());
                 let after = slabs.entry(&ray, t_min - point.time, t_max - point.time);
                 let after = after.unwrap_or_else(|| panic!("lost, {seed}: {ray:?} {point:?}"));
                 point = point.descend(&cells, after, &quantization);
