@@ -23,6 +23,7 @@ stages=(
     "firmware|simulator, QEMU and PicoRV32 agree with the host|tests/firmware.sh run"
     # After the firmware, which some of them run.
     "tests|unit, property and differential tests pass|run_tests"
+    "proof|a solver proves the lemmas of watertightness at any width|prove_lemmas"
     "registers|generated registers are current, and the RTL keeps them|check_registers"
     "lint|the RTL is clean in Verilator and yosys|fpga/rtl/lint.sh"
     "cosim|RTL and cycle models agree in every cycle|cargo test --quiet --test heap -- --nocapture"
@@ -45,6 +46,10 @@ run_tests() {
     XYLEM_FIRMWARE=$(tests/firmware.sh build) || return 1
     export XYLEM_FIRMWARE
     cargo test --quiet --no-fail-fast -- --nocapture "${elsewhere[@]/#/--skip=}"
+}
+
+prove_lemmas() {
+    need_pip z3-solver==5.4.0.0 && python tests/proof/lemmas.py
 }
 
 check_registers() {
@@ -81,7 +86,7 @@ for stage in "${stages[@]}"; do
     if $command >"$log" 2>&1; then
         passed=$((passed + 1)) verdict=passed
         # What was covered, what was skipped, and what was measured.
-        grep -hE '^(skipped:|test result:|[a-z0-9-]+: .*(cycles|equal|passed))' "$log" | sort | uniq -c |
+        grep -hE '^(skipped:|test result:|[a-z0-9-]+: .*(cycles|equal|passed|proved))' "$log" | sort | uniq -c |
             sed -E 's/^ +1 /   /; s/^ +([0-9]+) /   \1 x /' | head -n 40
     else
         failed+=("$name") verdict=FAILED

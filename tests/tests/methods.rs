@@ -9,7 +9,7 @@ use xylem::scene::rays::read_rays;
 use xylem::scene::{LoadOptions, Random, convert, obj};
 use xylem_core::geom::{Ray, Triangle};
 use xylem_core::node::{Coordinates, NodeFormat, Quantization};
-use xylem_core::traverse::{Method, Query, Scene};
+use xylem_core::traverse::{Method, Multipliers, Query, Scene};
 use xylem_tests::rays::hard_ray;
 use xylem_tests::trees::soup;
 use xylem_tests::{places, results};
@@ -86,6 +86,35 @@ fn compare(what: &str, run: &BuildRun, rays: &[Option<Ray>]) -> [Tests; 4] {
     tests
 }
 
+/// The cost of each method at each width, as the core says it.
+fn costs() -> String {
+    let mut table = String::from(
+        "| bits | method | box tests | a descent | a pop | partial products, a node and a descent | stack \
+         entry, relative | modulo |\n|--:|---|--:|--:|--:|--:|--:|--:|\n",
+    );
+    for bits in Quantization::WIDTHS {
+        for method in Method::ALL {
+            let [relative, modulo] = [Quantization::RELATIVE, Quantization::MODULO]
+                .map(|quantization| method.cost(&Quantization { bits, ..quantization }));
+            let say = |m: Multipliers| format!("{} of {} × {}", m.count, m.left, m.right);
+            let (descend, resume) = (modulo.descend.map(say), modulo.resume.map(say));
+            let products = modulo.test.partial_products()
+                + modulo.descend.map_or(0, |descend| descend.partial_products());
+            writeln!(
+                table,
+                "| {bits} | {method:?} | {} | {} | {} | {products} | {} | {} |",
+                say(modulo.test),
+                descend.unwrap_or_default(),
+                resume.unwrap_or_default(),
+                relative.stack_entry_bits,
+                modulo.stack_entry_bits
+            )
+            .unwrap();
+        }
+    }
+    table
+}
+
 #[test]
 fn every_method_finds_the_hits_of_exact_boxes_in_every_quantization() {
     let scenes = scenes();
@@ -145,8 +174,11 @@ fn every_method_finds_the_hits_of_exact_boxes_in_every_mesh() {
     if places::full() {
         let body = format!(
             "Closest hits, `cbvh` with modulo coordinates; tests a ray with exact boxes, and how many more \
-             there are with each method; run on {}. All hits are equal, for both queries.\n\n{table}",
-            results::today()
+             there are with each method; run on {}. All hits are equal, for both queries.\n\n{table}\n\
+             What a traversal unit multiplies to test the two boxes of a node and to move the traversal \
+             point, with partial products, and bits of a stack entry, by width of a coordinate:\n\n{}",
+            results::today(),
+            costs()
         );
         results::report("Three ways to search quantized trees", &body);
     }

@@ -5,19 +5,16 @@
 //!
 //! # Watertightness
 //!
-//! A box test may report a hit where there is none, never the reverse. For each axis the near plane
-//! is crossed at a time that is rounded down and the far plane at one that is rounded up
-//! ([`crate::num::Reciprocal`]); the largest near time and the smallest far time then enclose the
-//! exact interval in which the ray is inside the box. A triangle's intersection lies in its box, so
-//! at its exact time the ray is inside every enclosing box, and no test on the way down can fail.
-//! The time of a hit is rounded up: a box whose near time exceeds the best hit's time cannot hold a
-//! hit that is as early.
+//! A box test may report a hit where there is none, never the reverse: near planes are crossed at
+//! times that are rounded down and far planes at times that are rounded up. [`watertight`] is the
+//! proof, for every format and every [`Method`].
 
 mod bvh2;
 mod hit;
 mod quantized;
 mod search;
 mod slab;
+pub mod watertight;
 
 pub use hit::{Barycentric, Hit, Query, TraceError};
 pub use quantized::{Cost, Method, Multipliers, TraversalPoint};

@@ -110,10 +110,14 @@ mod tests {
 
     #[test]
     fn short_factors_are_short_and_entries_are_what_they_hold() {
+        // The table of the module's documentation.
         let costs = Method::ALL.map(|method| method.cost(&Quantization::MODULO));
         let [full, point, step] = costs.map(|cost| cost.test.partial_products());
         assert_eq!((full, point, step), (12 * 31 * 24, 12 * 9 * 10, 12 * 24 * 6));
         assert_eq!(costs.map(|cost| cost.stack_entry_bits), [168, 168, 306]);
+        let moving = |cost: Option<Multipliers>| cost.map(|m| (m.count, m.left, m.right));
+        assert_eq!(costs.map(|c| moving(c.descend)), [None, Some((3, 31, 10)), None]);
+        assert_eq!(costs.map(|c| moving(c.resume)), [None, Some((3, 31, 34)), None]);
         let relative = Method::Incremental.cost(&Quantization::RELATIVE);
         assert_eq!(relative.stack_entry_bits, 306 - 18);
     }
