@@ -7,9 +7,11 @@ use rayon::prelude::*;
 use xylem::run::{self, BuildOptions, BuildRun, TraceRun};
 use xylem::scene::rays::read_rays;
 use xylem::scene::{LoadOptions, Random, convert, obj};
+use xylem_core::compress::Compression;
 use xylem_core::geom::{Ray, Triangle};
 use xylem_core::node::{Coordinates, NodeFormat, Quantization};
-use xylem_core::traverse::{Method, Multipliers, Query, Scene};
+use xylem_core::pipeline::BuildConfig;
+use xylem_core::traverse::{Method, Multipliers, Query};
 use xylem_tests::rays::hard_ray;
 use xylem_tests::trees::soup;
 use xylem_tests::{places, results};
@@ -42,10 +44,25 @@ fn scenes() -> Vec<(String, Vec<Triangle>)> {
     named.chain(soups).collect()
 }
 
-fn build(triangles: &[Triangle], quantization: Quantization) -> BuildRun {
+/// The tree of 64-byte nodes.
+fn exact(triangles: &[Triangle]) -> BuildRun {
+    run::build(triangles, &BuildOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A quantized tree, compressed from the root down.
+fn top_down(triangles: &[Triangle], quantization: Quantization) -> BuildRun {
     let format = NodeFormat::Quantized(quantization);
     let options = BuildOptions { format, ..BuildOptions::default() };
     run::build(triangles, &options).unwrap_or_else(|e| panic!("{quantization:?}: {e}"))
+}
+
+/// A quantized tree, compressed as its nodes are emitted, with as many repairs as can be.
+fn streamed(triangles: &[Triangle], quantization: Quantization) -> BuildRun {
+    let compression =
+        Compression { quantization, treelet_depth: 1, margin: 0, ..Compression::DEFAULT };
+    let config = BuildConfig { compression: Some(compression), ..BuildConfig::default() };
+    let options = BuildOptions { config, format: config.format(), ..BuildOptions::default() };
+    run::build(triangles, &options).unwrap_or_else(|e| panic!("{quantization:?}, streamed: {e}"))
 }
 
 /// What a method tested, beside what is tested with exact boxes.
@@ -62,19 +79,19 @@ impl AddAssign<&TraceRun> for Tests {
     }
 }
 
-/// Traces with exact boxes and by every method and compares all hits; returns what was tested, the
-/// exact boxes first.
-fn compare(what: &str, run: &BuildRun, rays: &[Option<Ray>]) -> [Tests; 4] {
-    let trace = |method, scene: &Scene, query| {
-        run::trace_by(method, &run.memory, scene, rays, query)
-            .unwrap_or_else(|e| panic!("{what}, {method:?}: {e}"))
-    };
+fn trace(method: Method, run: &BuildRun, rays: &[Option<Ray>], query: Query) -> TraceRun {
+    run::trace_by(method, &run.memory, &run.scene, rays, query)
+        .unwrap_or_else(|e| panic!("{method:?}, {query:?}: {e}"))
+}
+
+/// Traces by every method and compares all hits with those of exact boxes; returns what was tested,
+/// the exact boxes first.
+fn compare(what: &str, exact: &TraceRun, run: &BuildRun, rays: &[Option<Ray>]) -> [Tests; 4] {
     let mut tests = [Tests::default(); 4];
-    let exact = trace(Method::default(), &run.exact, Query::Closest);
-    tests[0] += &exact;
+    tests[0] += exact;
     for (method, tests) in Method::ALL.into_iter().zip(&mut tests[1..]) {
-        let closest = trace(method, &run.scene, Query::Closest);
-        let any = trace(method, &run.scene, Query::Any);
+        let [closest, any] =
+            [Query::Closest, Query::Any].map(|query| trace(method, run, rays, query));
         for (i, hit) in exact.hits.iter().enumerate() {
             let ray = &rays[i];
             assert_eq!(closest.hits[i], *hit, "{what}, {method:?}, ray {i}: {ray:?}");
@@ -122,21 +139,24 @@ fn every_method_finds_the_hits_of_exact_boxes_in_every_quantization() {
         .iter()
         .flat_map(|scene| quantizations().into_iter().map(move |q| (scene, q)))
         .collect();
-    let count = if places::full() { 20_000 } else { 300 };
+    let count = if places::full() { 20_000 } else { 200 };
     let hits: usize = jobs
         .par_iter()
         .map(|((name, triangles), quantization)| {
-            let run = build(triangles, *quantization);
-            let bounds = run.exact.tree.root.expect("the scene has triangles").bounds;
+            let exact = exact(triangles);
+            let bounds = exact.scene.tree.root.expect("the scene has triangles").bounds;
             let mut random = Random::new(SEED);
-            let rays: Vec<_> =
-                (0..count).map(|_| Some(hard_ray(&mut random, triangles, &bounds).1)).collect();
-            compare(&format!("{name}, {quantization:?}"), &run, &rays);
-            run::trace(&run.memory, &run.scene, &rays, Query::Closest)
-                .map_or(0, |run| run.hits.iter().flatten().count())
+            let mut ray = || Some(hard_ray(&mut random, triangles, &bounds).1);
+            let rays: Vec<_> = (0..count).map(|_| ray()).collect();
+            let exact = trace(Method::default(), &exact, &rays, Query::Closest);
+            for build in [top_down, streamed] {
+                let run = build(triangles, *quantization);
+                compare(&format!("{name}, {quantization:?}"), &exact, &run, &rays);
+            }
+            exact.hits.iter().flatten().count()
         })
         .sum();
-    println!("{} trees, {count} rays each, {hits} hits, seed {SEED:#x}", jobs.len());
+    println!("{} times two trees, {count} rays each, {hits} hits, seed {SEED:#x}", jobs.len());
     assert!(hits > jobs.len() * count / 10);
 }
 
@@ -151,14 +171,20 @@ fn every_method_finds_the_hits_of_exact_boxes_in_every_mesh() {
     );
     for path in places::meshes_in(&folder) {
         let mesh = obj::load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
-        let run = build(&mesh.triangles, Quantization::MODULO);
+        let exact = exact(&mesh.triangles);
+        let (run, streamed) = (
+            top_down(&mesh.triangles, Quantization::MODULO),
+            streamed(&mesh.triangles, Quantization::MODULO),
+        );
         for set in sets {
             let rays = folder.join(format!("{}.{set}.rays.gz", mesh.name));
             let rays = read_rays(&rays).unwrap_or_else(|e| panic!("{e}"));
             let rays = convert::convert(&mesh.frame, &rays).unwrap_or_else(|e| panic!("{e}"));
             let rays: Vec<_> = rays.iter().map(|ray| ray.core().copied()).collect();
             let what = format!("{} {set}", mesh.name);
-            let tests = compare(&what, &run, &rays);
+            let exact = trace(Method::default(), &exact, &rays, Query::Closest);
+            let tests = compare(&what, &exact, &run, &rays);
+            compare(&format!("{what}, streamed"), &exact, &streamed, &rays);
             let per_ray = |n: u64| n as f64 / rays.len() as f64;
             let row = |pick: fn(&Tests) -> u64| {
                 let [exact, others @ ..] = tests.each_ref().map(pick);
