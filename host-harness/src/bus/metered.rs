@@ -147,6 +147,14 @@ pub struct Traffic {
     pub tallies: BTreeMap<(Stage, Option<&'static str>), Tally>,
 }
 
+impl AddAssign<&Self> for Traffic {
+    fn add_assign(&mut self, other: &Self) {
+        for (key, tally) in &other.tallies {
+            *self.tallies.entry(*key).or_default() += *tally;
+        }
+    }
+}
+
 impl Traffic {
     /// Everything.
     pub fn total(&self) -> Tally {

@@ -72,11 +72,6 @@ impl MachineArgs {
             ..base
         };
         config.check().map_err(|error| CliError::Usage(error.to_string()))?;
-        if options.format != options.config.format() {
-            let message = "the clocked builder compresses nodes as it emits them, or not at all; use \
-                           --compress bottomup, --format bvh2, or --engine function";
-            return Err(CliError::Usage(message.into()));
-        }
         Ok(Some(config))
     }
 }

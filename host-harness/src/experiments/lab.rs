@@ -11,6 +11,7 @@ use super::outcome::Missing;
 use super::scenes::PaperScene;
 use crate::baseline::{DoyleModel, DoyleTraffic, SweepLeaves, binned, sweep};
 use crate::bus::Traffic;
+use crate::machine::compressor::CompressorEvents;
 use crate::machine::toplevel::TopEvents;
 use crate::run::{self, BuildOptions, ClockedRun};
 use crate::scene::{self, LoadOptions, Mesh, SceneError};
@@ -47,6 +48,8 @@ pub struct Built {
     pub traffic: Traffic,
     /// What the top-level builder did.
     pub top: TopEvents,
+    /// What the streaming compressor did.
+    pub compressor: CompressorEvents,
     /// The SAH cost.
     pub sah_cost: f64,
     /// The clock's side of it, if a machine built.
@@ -173,6 +176,7 @@ impl<'a> Lab<'a> {
             leaves: u64::from(run.scene.tree.leaf_count),
             traffic: run.traffic,
             top: run.top,
+            compressor: run.compressor,
             sah_cost: quality.sah_cost().to_num(),
             clocked: run.clocked,
         });

@@ -21,6 +21,12 @@ mod p2_table2;
 mod p2_table3;
 mod p2_table6;
 mod p2_table7;
+mod p3_fig1;
+mod p3_fig10;
+mod p3_fig7;
+mod p3_table1;
+mod p3_table2;
+mod p3_table3;
 pub mod paper;
 pub mod scenes;
 mod setup;
@@ -59,6 +65,13 @@ pub const EXPERIMENTS: &[Experiment] = &[
     p2_table6::EXPERIMENT,
     p2_table7::EXPERIMENT,
     p2_fig6::EXPERIMENT,
+    p3_table1::EXPERIMENT,
+    p3_table2::EXPERIMENT,
+    p3_table3::EXPERIMENT,
+    p3_fig1::EXPERIMENT,
+    p3_fig7::EXPERIMENT,
+    p3_fig10::EXPERIMENT,
+    p3_table2::FIGURE,
 ];
 
 /// What [`DoyleModel::PAPER`](crate::baseline::DoyleModel::PAPER) is, in words.

@@ -115,7 +115,8 @@ fn times(lab: &Lab<'_>, outcome: &mut Outcome, scenes: &[Loaded]) -> Result<(), 
     for (loaded, builds) in scenes.iter().zip(&builds) {
         let mut values: Vec<_> =
             builds.iter().map(|built| Value::ours(built.milliseconds())).collect();
-        let paper = p3::TABLE_2.iter().find(|(scene, _)| *scene == loaded.scene).map(|(_, ms)| *ms);
+        let paper =
+            p3::TABLE_2.iter().find(|(scene, _)| *scene == loaded.scene).map(|(_, ms)| ms[0]);
         values[3] = Value::new(values[3].ours, paper);
         table.scene(loaded.scene, Some(loaded.mesh.triangles.len() as u64), values);
     }

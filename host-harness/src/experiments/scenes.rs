@@ -76,6 +76,15 @@ pub static LIVINGROOM: PaperScene = scene("Livingroom", None, None);
 /// A lion.
 pub static LION: PaperScene = scene("Lion", None, None);
 
+/// An elephant of the Dynamic Scene Benchmarks, which frame is not said.
+pub static ELEPHANT: PaperScene = scene("Elephant", None, thousands(85));
+/// The Stanford armadillo in full; packages have decimated ones.
+pub static ARMADILLO: PaperScene = scene("Armadillo", None, thousands(213));
+/// A scanned hand.
+pub static HAND: PaperScene = scene("Hand", None, thousands(655));
+/// A ball of hair.
+pub static HAIRBALL: PaperScene = scene("Hairball", None, None);
+
 impl PaperScene {
     /// Whether a mesh of so many triangles can be this model: versions differ by some per cent.
     pub fn can_have(&self, triangles: usize) -> bool {

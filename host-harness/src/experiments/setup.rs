@@ -1,7 +1,10 @@
 //! The papers' machines, as builds are asked for.
 
+use xylem_core::compress::{Compression, Repairs};
 use xylem_core::emit::CellConfig;
+use xylem_core::node::{Coordinates, NodeFormat, Quantization};
 use xylem_core::pipeline::BuildConfig;
+use xylem_core::sort::InputFormat;
 use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
 
 use crate::bus::MemoryTiming;
@@ -25,6 +28,16 @@ pub const P2_MEMORIES: &str = "Memory: slow is 1 x 64 bit LPDDR3-1600 (12.8 GB/s
 pub const TOP_LEVEL: &str = "Top level: binned SAH over at most 2048 cells of a 32^3 grid, one cell a \
                              cycle and 32 cycles after each sweep, after the rest (P1 §4.5).";
 
+/// P3's machine, in words.
+pub const P3_MACHINE: &str = "Machine: M = 8192, eight insertion sorters, 1 GHz, equal codes in one leaf, \
+                              triangles of 40 bytes in, every unit on the clock (P3 §5.3).";
+/// P3's memory, in words.
+pub const P3_MEMORY: &str = "Memory: 2 x 32 bit LPDDR3-1600 (12.8 GB/s), clock by clock.";
+/// P3's traffic, in words.
+pub const P3_TRAFFIC: &str = "Triangles of 40 bytes in, boxes of 32 bytes sorted in one pass, nodes of 16 \
+                              bytes, leaf table of 4 bytes; a repair reads and writes a line of 64 bytes \
+                              (P3 §5.2). Every byte counted on the bus.";
+
 /// P2's memories.
 pub const MEMORIES: [&str; 3] = ["slow", "medium", "fast"];
 
@@ -32,7 +45,8 @@ pub const MEMORIES: [&str; 3] = ["slow", "medium", "fast"];
 pub fn clocked(machine: MachineConfig, memory: &str) -> BuildOptions {
     let default = BuildOptions::default();
     let memory = MemoryTiming::by_name(memory).copied().unwrap_or(default.memory);
-    BuildOptions { config: machine.build, memory, machine: Some(machine), ..default }
+    let format = machine.build.format();
+    BuildOptions { config: machine.build, format, memory, machine: Some(machine) }
 }
 
 /// P1's machine, with its top level of 8 bins (P1 §4.5).
@@ -47,7 +61,7 @@ pub fn p2() -> MachineConfig {
 
 /// A build whose function alone is of interest.
 pub fn function(config: BuildConfig) -> BuildOptions {
-    BuildOptions { config, ..BuildOptions::default() }
+    BuildOptions { config, format: config.format(), ..BuildOptions::default() }
 }
 
 /// The cells of the papers' top levels: P2 §6.1 has "ca. 500-2,000 nodes". 15 bits are a grid of 32^3,
@@ -75,4 +89,25 @@ pub fn improved(mut config: BuildConfig) -> BuildConfig {
         atrbvh.start = Some(Binned::default());
     }
     config
+}
+
+/// Repairs in 16 lines on chip.
+pub const HELD: Repairs = Repairs::InLines(16);
+
+/// P3's build of quantized nodes, streamed: triangles in, as P3 §5 has them.
+pub fn streamed(coordinates: Coordinates, treelet_depth: u8) -> BuildConfig {
+    let quantization = Quantization { coordinates, ..Quantization::MODULO };
+    let compression = Compression { quantization, treelet_depth, ..Compression::DEFAULT };
+    BuildConfig { compression: Some(compression), ..triangles() }
+}
+
+/// P3's build of 64-byte nodes.
+pub fn triangles() -> BuildConfig {
+    BuildConfig { input: InputFormat::Triangle40, ..BuildConfig::default() }
+}
+
+/// P3's baseline: quantized by a separate pass, in relative coordinates.
+pub fn separate() -> BuildOptions {
+    let format = NodeFormat::Quantized(Quantization::RELATIVE);
+    BuildOptions { format, ..function(triangles()) }
 }

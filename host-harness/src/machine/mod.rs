@@ -23,5 +23,6 @@ pub mod reader;
 pub mod sorter;
 mod tail;
 pub mod tape;
+pub mod topdown;
 pub mod toplevel;
 pub mod writer;

@@ -93,9 +93,7 @@ impl Tape {
 
     /// Adds all bursts on the tape so far to `traffic`.
     pub fn count(&self, traffic: &mut Traffic) {
-        for (key, tally) in &self.inner.borrow().traffic.tallies {
-            *traffic.tallies.entry(*key).or_default() += *tally;
-        }
+        *traffic += &self.inner.borrow().traffic;
     }
 
     /// The tape as a bus on `image`.

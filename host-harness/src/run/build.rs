@@ -86,12 +86,6 @@ pub enum RunError {
     /// The machine reported an error.
     #[error("{0}")]
     Machine(#[from] MachineError),
-    /// The machine has no compressor for finished trees.
-    #[error(
-        "the clocked builder compresses bottom-up, or not at all; use --compress bottomup, \
-         format bvh2, or the function engine"
-    )]
-    ClockedFormat,
     /// The tree is not well formed; a defect.
     #[error("the tree is not well formed: {0:?} (a defect of the builder)")]
     Malformed(Malformed<MemoryError>),
@@ -129,17 +123,21 @@ fn clocked(
     options: &BuildOptions,
     machine: &MachineConfig,
 ) -> Result<BuildRun, RunError> {
-    if options.format != options.config.format() {
-        return Err(RunError::ClockedFormat);
-    }
     let machine = MachineConfig { build: options.config, ..*machine };
     machine.check().map_err(MachineError::from)?;
     let (mut memory, layout) = load(triangles, &machine.runs())?;
     let count = triangles.len() as u32;
-    let clocked = super::clocked::run(&machine, &mut memory, &layout, count, &options.memory)?;
+    let clocked = super::clocked::run(
+        &machine,
+        &mut memory,
+        &layout,
+        count,
+        options.format,
+        &options.memory,
+    )?;
     let tree = clocked.machine.tree;
     let scene = Scene { tree, triangles: layout.triangles, triangle_count: count };
-    let exact = (tree.format == NodeFormat::Bvh2).then_some(scene);
+    let exact = clocked.exact.map(|tree| Scene { tree, ..scene });
     let (traffic, host_time) = (clocked.machine.traffic.clone(), clocked.host_time);
     let (top, compressor) = (clocked.machine.top, clocked.machine.compressor);
     let clocked = Some(clocked);

@@ -2,20 +2,25 @@
 
 use std::time::{Duration, Instant};
 
+use xylem_core::node::{NodeFormat, Tree};
+
 use super::Layout;
 use crate::bus::{FlatMemory, MemoryTiming};
 use crate::dram::{self, ChannelStats, Energy};
 use crate::machine::config::MachineConfig;
 use crate::machine::mergetree::{self, MachineError, MachineRun};
 use crate::machine::port::{DramPort, IdealPort, Port};
+use crate::machine::topdown;
 
 /// A build on the clock: what the machine and the memory behind it did.
 #[derive(Debug, Clone)]
 pub struct ClockedRun {
     /// The machine.
     pub config: MachineConfig,
-    /// What it did.
+    /// What it did, with the pass that compressed its tree, if there was one.
     pub machine: MachineRun,
+    /// The tree of 64-byte nodes, if there is one.
+    pub exact: Option<Tree>,
     /// What its memory did; none for an ideal one.
     pub memory: Option<MemoryRun>,
     /// How long the host simulated, measured.
@@ -60,7 +65,8 @@ impl ClockedRun {
 }
 
 /// Builds over the primitives in `memory` with `config`, behind the DRAM of the name of `timing`, or
-/// behind an ideal memory where there is none.
+/// behind an ideal memory where there is none. A tree of 64-byte nodes is then compressed, if `format`
+/// asks for it.
 ///
 /// # Errors
 /// [`MachineError`].
@@ -69,12 +75,13 @@ pub fn run(
     memory: &mut FlatMemory,
     layout: &Layout,
     count: u32,
+    format: NodeFormat,
     timing: &MemoryTiming,
 ) -> Result<ClockedRun, MachineError> {
     match dram::Config::by_name(timing.name) {
         Some(dram) => {
             let mut port = DramPort::new(dram, config.clock_mhz);
-            let mut run = on(config, memory, layout, count, &mut port)?;
+            let mut run = on(config, memory, layout, count, format, &mut port)?;
             let device = port.dram();
             run.memory = device.map(|(memory, clocks)| MemoryRun {
                 name: dram.name,
@@ -85,7 +92,7 @@ pub fn run(
             });
             Ok(run)
         }
-        None => on(config, memory, layout, count, &mut IdealPort::new(1)),
+        None => on(config, memory, layout, count, format, &mut IdealPort::new(1)),
     }
 }
 
@@ -94,9 +101,19 @@ fn on<P: Port>(
     memory: &mut FlatMemory,
     layout: &Layout,
     count: u32,
+    format: NodeFormat,
     port: &mut P,
 ) -> Result<ClockedRun, MachineError> {
     let start = Instant::now();
-    let machine = mergetree::build(config, memory, &layout.build, count, port)?;
-    Ok(ClockedRun { config: *config, machine, memory: None, host_time: start.elapsed() })
+    let mut machine = mergetree::build(config, memory, &layout.build, count, port)?;
+    let exact = (machine.tree.format == NodeFormat::Bvh2).then_some(machine.tree);
+    if let (Some(tree), NodeFormat::Quantized(quantization)) = (&exact, format) {
+        let (target, time_out) = (layout.quantized_nodes, config.time_out);
+        let pass = topdown::compress(memory, tree, target, &quantization, port, time_out)?;
+        machine.tree = pass.tree;
+        machine.cycles += pass.cycles;
+        machine.traffic += &pass.traffic;
+    }
+    let host_time = start.elapsed();
+    Ok(ClockedRun { config: *config, machine, exact, memory: None, host_time })
 }
