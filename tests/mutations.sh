@@ -16,6 +16,7 @@ mutations=(
     "tests|the emitter combines too late|core-nostd/src/emit/hierarchy.rs|s/top.level <= pending.level/top.level >= pending.level/"
     "no-std|the core wants std|core-nostd/src/lib.rs|s/^#!\[no_std\]/#![no_std]\nextern crate std;/"
     "firmware|times round down on the soft core only|core-nostd/src/geom/triangle.rs|s/let up = i128::from(/let up = i128::from(!cfg!(target_arch = \"riscv32\") \&\& /"
+    "proof|a repaired upper bound keeps its cell|tests/proof/lemmas.py|s/q < (end \/ cell + 1) \* cell/q < (end \/ cell) * cell/"
     "registers|the source has another magic number|fpga/regs/xylem.rdl|s/0x58594C4D/0x58594C4E/"
     "lint|a signal is never used|fpga/rtl/xy_heap.sv|s/^endmodule/  logic stray;\n  assign stray = op_valid_i;\nendmodule/"
     "cosim|the higher of two children rises|fpga/rtl/xy_heap_stage.sv|s/.a_i(right_i), .b_i(left_i)/.a_i(left_i), .b_i(right_i)/"
