@@ -14,8 +14,8 @@ impl Traversable for Exact {
     type Bytes = [u8; Bvh2Node::BYTES];
     const EMPTY: Self::Bytes = [0; Bvh2Node::BYTES];
 
-    fn root(&self, ray: &Ray, root: &Subtree) -> Option<(Slabs, ())> {
-        Some((Slabs::new(ray, &root.bounds), ()))
+    fn root(&self, _: &Ray, _: &Subtree, _: i64) -> Option<()> {
+        Some(())
     }
 
     #[inline(always)]

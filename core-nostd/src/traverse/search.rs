@@ -21,8 +21,9 @@ pub(super) trait Traversable {
     /// A buffer for a node.
     const EMPTY: Self::Bytes;
 
-    /// The planes and the context of the root, or `None` if its box is off the grid.
-    fn root(&self, ray: &Ray, root: &Subtree) -> Option<(Slabs, Self::Context)>;
+    /// The context of the root, whose exact box the ray enters at `entry`, or `None` if that box is
+    /// off the grid.
+    fn root(&self, ray: &Ray, root: &Subtree, entry: i64) -> Option<Self::Context>;
 
     /// The children whose boxes the ray passes, within `t <= t_max`, or `None` if the node is
     /// corrupt.
@@ -77,9 +78,12 @@ pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
         return Ok(None);
     }
     let root_corrupt = TraceError::CorruptNode { index: tree.node_count.saturating_sub(1) };
-    let (slabs, context) = format.root(ray, &root).ok_or(root_corrupt)?;
+    // The descriptor has the exact box, whatever the format; rays that leave a scene from its hull
+    // need not enter the wider one.
     probe.box_test();
+    let slabs = Slabs::new(ray, &root.bounds);
     let Some(entry) = slabs.entry(ray, t_min, best.t_max) else { return Ok(None) };
+    let context = format.root(ray, &root, entry).ok_or(root_corrupt)?;
 
     let stride = tree.format.bytes();
     // No more than the regions have room for, however wild the counts; but one more, so that a region

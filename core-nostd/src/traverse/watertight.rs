@@ -143,9 +143,9 @@
 //! `(4f - q)·(m'+1) >= (4f - 4x)·2^B m`. If `4f - q < 0`, then `f < x`.* As `q <= 4x < q + 1` and
 //! `m' <= 2^B m < m' + 1`, and the factors are not negative.
 //!
-//! **Lemma 18 (the point is early).** *If every time of the interval at which the ray is in the node is at
-//! least `T`, the same holds of a child that is hit and its `T`.* A time `t` at which it is in the child is one at
-//! which it is in the node, so `t >= T`; from the point it takes `t - T`, which is at least the entry
+//! **Lemma 18 (the point is early).** *If every time of the interval at which the ray is in the node's exact
+//! box is at least `T`, the same holds of a child that is hit and its `T`.* A time `t` at which it is in the
+//! child's is one at which it is in the node's (2), so `t >= T`; from the point it takes `t - T`, which is at least the entry
 //! time that was found (14, 17), which is at least its upper bits. For the root, `T` is the larger of the
 //! entry time and the interval's start.
 //!

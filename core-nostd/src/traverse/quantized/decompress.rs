@@ -16,9 +16,8 @@ impl Traversable for Decompress {
     type Bytes = Bytes;
     const EMPTY: Bytes = [0; QuantizedPair::MAX_BYTES];
 
-    fn root(&self, ray: &Ray, root: &Subtree) -> Option<(Slabs, Placement)> {
-        let placement = Placement::root(&root.bounds, &self.0)?;
-        Some((Slabs::new(ray, &placement.decoded()), placement))
+    fn root(&self, _: &Ray, root: &Subtree, _: i64) -> Option<Placement> {
+        Placement::root(&root.bounds, &self.0)
     }
 
     #[inline(always)]

@@ -26,10 +26,10 @@ impl Traversable for Incremental {
     type Bytes = Bytes;
     const EMPTY: Bytes = [0; QuantizedPair::MAX_BYTES];
 
-    fn root(&self, ray: &Ray, root: &Subtree) -> Option<(Slabs, State)> {
+    fn root(&self, ray: &Ray, root: &Subtree, _: i64) -> Option<State> {
         let placement = Placement::root(&root.bounds, &self.0)?;
         let slabs = Slabs::new(ray, &placement.decoded());
-        Some((slabs, State { context: placement.context, slabs }))
+        Some(State { context: placement.context, slabs })
     }
 
     #[inline(always)]

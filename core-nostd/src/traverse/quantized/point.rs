@@ -32,11 +32,11 @@
 //!
 //! # Why nothing is lost
 //!
-//! By induction, every time of the ray's interval at which the ray is in the node is at or after `T`.
-//! For the root, `T` is the entry time rounded down, or the interval's start. A time at which the ray
-//! is in a child is one at which it is in the node, so at or after `T`, and from `T` on it takes at
-//! least each near plane's product and at most each far plane's. The child's own `T` adds at most
-//! the largest of the near planes' products to `T`.
+//! By induction, every time of the ray's interval at which the ray is in the node's exact box is at or
+//! after `T`. For the root, `T` is the entry time rounded down, or the interval's start. A time at
+//! which the ray is in a child's is one at which it is in the node's, so at or after `T`, and from `T`
+//! on it takes at least each near plane's product and at most each far plane's. The child's own `T`
+//! adds at most the largest of the near planes' products to `T`.
 //!
 //! # Widths
 //!
@@ -71,7 +71,8 @@ pub struct TraversalPoint {
 }
 
 impl TraversalPoint {
-    /// The point of a root whose box the ray enters at `entry`, rounded down, in units of 2⁻⁶.
+    /// The point of a root whose exact or decoded box the ray enters at `entry`, rounded down, in units
+    /// of 2⁻⁶.
     pub fn root(ray: &Ray, placement: Placement, entry: i64) -> Self {
         Self { placement, time: entry.max(ray.t_min().to_bits()) }
     }
@@ -144,12 +145,8 @@ impl Traversable for ByPoint {
     type Bytes = Bytes;
     const EMPTY: Bytes = [0; QuantizedPair::MAX_BYTES];
 
-    fn root(&self, ray: &Ray, root: &Subtree) -> Option<(Slabs, TraversalPoint)> {
-        let placement = Placement::root(&root.bounds, &self.0)?;
-        let slabs = Slabs::new(ray, &placement.decoded());
-        // Where the box is missed, the point is not used.
-        let entry = slabs.entry(ray, ray.t_min().to_bits(), ray.t_max().to_bits());
-        Some((slabs, TraversalPoint::root(ray, placement, entry.unwrap_or(0))))
+    fn root(&self, ray: &Ray, root: &Subtree, entry: i64) -> Option<TraversalPoint> {
+        Some(TraversalPoint::root(ray, Placement::root(&root.bounds, &self.0)?, entry))
     }
 
     #[inline(always)]
