@@ -655,11 +655,47 @@ fn the_clocked_builder_builds_the_same_tree_and_says_what_its_units_did() {
 }
 
 #[test]
+fn a_streamed_tree_is_as_good_as_a_compressed_one_and_its_repairs_are_counted() {
+    let place = Place::new();
+    let build = |options: &[&str]| {
+        let words = ["build", "terrain:6", "--input", "triangle", "--coords", "relative", "--json"];
+        place.run(&[words.as_slice(), options].concat()).json()
+    };
+    let pass = build(&["--compress", "topdown"]);
+    assert_eq!((pass["compress"].as_str(), pass.get("backtracks")), (Some("topdown"), None));
+    for engine in ["function", "cycle"] {
+        let streamed = build(&["--compress", "bottomup", "--engine", engine, "--memory", "p3"]);
+        assert_eq!(streamed["compress"], "bottomup");
+        assert_eq!(streamed["node_bytes"], pass["node_bytes"]);
+        assert_eq!(streamed["sah_cost"], pass["sah_cost"]);
+        let repairs = whole(&streamed, "backtracks");
+        let by_depth = streamed["backtracks_by_depth"].as_array().unwrap();
+        assert!(repairs > 0);
+        assert_eq!(by_depth.iter().map(|count| count.as_u64().unwrap()).sum::<u64>(), repairs);
+        let stages = streamed["stages"].as_array().unwrap();
+        let compress = stages.iter().find(|stage| stage["stage"] == "compress").unwrap();
+        assert!(whole(compress, "bytes").abs_diff(128 * repairs) < 256, "{engine}");
+        let held = build(&["--held-lines", "16", "--engine", engine, "--memory", "p3"]);
+        assert!(whole(&held, "total_bytes") < whole(&streamed, "total_bytes"));
+        let treelets = build(&["--treelet-depth", "4", "--engine", engine]);
+        assert!(whole(&treelets, "backtracks") < repairs);
+    }
+    let clocked = build(&["--compress", "topdown", "--engine", "cycle", "--memory", "p3"]);
+    assert_eq!(clocked["total_bytes"], pass["total_bytes"]);
+    for bits in ["4", "5", "7", "8"] {
+        let json = build(&["--quant-bits", bits, "--min-scale", "3", "--compress", "bottomup"]);
+        let bytes = if bits > "6" { 20 } else { 16 };
+        assert_eq!(whole(&json, "node_bytes"), bytes * whole(&json, "nodes"), "{bits}");
+    }
+}
+
+#[test]
 fn sizes_of_the_clocked_builder_need_it_and_it_says_what_it_cannot_do() {
     let place = Place::new();
-    let refused: [(&[&str], &str); 5] = [
+    let refused: [(&[&str], &str); 6] = [
         (&["--sorters", "4"], "--engine cycle"),
-        (&["--engine", "cycle", "--format", "cbvh"], "64-byte nodes"),
+        (&["--compress", "topdown", "--treelet-depth", "2"], "--compress bottomup"),
+        (&["--format", "bvh2", "--margin", "0"], "--format cbvh"),
         (&["--engine", "cycle", "--record", "pair8"], "32-byte boxes"),
         (&["--engine", "cycle", "--burst", "1"], "at least 2 records"),
         (&["--engine", "cycle", "--top-level", "atrbvh"], "function engine"),

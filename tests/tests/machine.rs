@@ -10,9 +10,11 @@ use xylem::machine::fault::{Fault, FaultyPort};
 use xylem::machine::mergetree::MachineError;
 use xylem::machine::port::{DramPort, IdealPort, PortError};
 use xylem::scene::{LoadOptions, Random};
+use xylem_core::compress::{Compression, Repairs};
 use xylem_core::emit::{CellConfig, EmitterKind, PlocConfig};
 use xylem_core::error::BuildError;
 use xylem_core::geom::Triangle;
+use xylem_core::node::Quantization;
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::probe::Stage;
 use xylem_core::sort::{InputFormat, ReadSchedule, SortConfig};
@@ -141,6 +143,46 @@ fn emitters_on_tape_write_the_core_s_bytes() {
                     let mut slow = DramPort::new(memory("slow"), 1000);
                     assert!(expected.assert_same(&what, &mut slow).cycles >= cycles / 2, "{what}");
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn compressors_on_the_clock_write_the_core_s_bytes() {
+    let compressions = [
+        (Quantization::RELATIVE, 1, Repairs::InMemory),
+        (Quantization::MODULO, 2, Repairs::InMemory),
+        (Quantization::RELATIVE, 4, Repairs::InLines(2)),
+        (Quantization::RELATIVE, 1, Repairs::InLines(16)),
+    ];
+    let ploc = EmitterKind::Ploc(PlocConfig { radius: 8, chain: 4 });
+    let binned = TopLevel::Binned(Binned { bins: Bins::Eight });
+    for (name, triangles) in inputs(2000) {
+        for (quantization, treelet_depth, repairs) in compressions {
+            for (emitter, top_level) in [
+                (EmitterKind::Lbvh, TopLevel::None),
+                (EmitterKind::Lbvh, binned),
+                (ploc, TopLevel::None),
+            ] {
+                if emitter == ploc && treelet_depth > 1 {
+                    continue;
+                }
+                let mut config = machine(512, 4, ReadSchedule::DoubleBuffer);
+                let compression =
+                    Compression { quantization, treelet_depth, repairs, ..Compression::DEFAULT };
+                config.build.compression = Some(compression);
+                (config.build.emitter, config.build.top_level) = (emitter, top_level);
+                let what = format!("{name}, {config:?}");
+                let expected = Expected::new(&triangles, config);
+                let quick = expected.assert_same(&what, &mut IdealPort::new(1));
+                let slow = expected.assert_same(&what, &mut IdealPort::new(100));
+                assert_eq!(slow.traffic.total().bytes(), quick.traffic.total().bytes(), "{what}");
+                // Repairs in memory come one after the other.
+                let repairs_wait = repairs == Repairs::InMemory;
+                let waits = if repairs_wait { 100 * quick.compressor.backtracks() } else { 0 };
+                assert!(slow.cycles >= waits, "{what}");
+                expected.assert_same(&what, &mut DramPort::new(memory("p3"), 1000));
             }
         }
     }

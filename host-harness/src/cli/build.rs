@@ -182,6 +182,10 @@ fn fit_regions(
             RegionName::RunsB => &mut layout.build.runs_b,
             RegionName::Nodes => &mut layout.build.nodes,
             RegionName::LeafTable => &mut layout.build.leaf_table,
+            // A compressor writes where the emitter would.
+            RegionName::QuantizedNodes if options.config.compression.is_some() => {
+                &mut layout.build.nodes
+            }
             RegionName::QuantizedNodes => &mut layout.quantized_nodes,
             RegionName::Primitives | RegionName::Triangles => &mut layout.build.primitives,
         };

@@ -24,6 +24,7 @@ mod p2_table7;
 mod p3_fig1;
 mod p3_fig10;
 mod p3_fig7;
+mod p3_quality;
 mod p3_table1;
 mod p3_table2;
 mod p3_table3;
@@ -72,6 +73,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     p3_fig7::EXPERIMENT,
     p3_fig10::EXPERIMENT,
     p3_table2::FIGURE,
+    p3_quality::EXPERIMENT,
 ];
 
 /// What [`DoyleModel::PAPER`](crate::baseline::DoyleModel::PAPER) is, in words.

@@ -1,0 +1,152 @@
+//! P3 §5.4: what quantized trees cost when rays are traced.
+
+use rayon::prelude::*;
+use xylem_core::geom::Ray;
+use xylem_core::node::Coordinates;
+use xylem_core::traverse::{Method, Query};
+
+use super::paper::p3;
+use super::{
+    Column, Experiment, ExperimentError, Lab, Loaded, Outcome, Table, Value, scenes, setup,
+};
+use crate::report::close_up;
+use crate::report::html::Source;
+use crate::run::{self, BuildOptions, BuildRun, RunError, Sums};
+use crate::scene::{GridRay, UpAxis, sampling};
+
+/// The experiment.
+pub const EXPERIMENT: Experiment = Experiment {
+    id: "p3-quality",
+    place: "P3 §5.4",
+    title: "Tests of rays against quantized trees",
+    needs_scenes: true,
+    run,
+};
+
+const COLUMNS: [Column; 6] = [
+    Column::new("box_tests", "boxes/ray, exact", Source::Counted),
+    Column::new("triangle_tests", "triangles/ray", Source::Counted),
+    Column::new("box_percent", "boxes, streamed %", Source::Counted).places(1),
+    Column::new("triangle_percent", "triangles %", Source::Counted).places(1),
+    Column::new("streamed_percent", "boxes, of top-down %", Source::Counted).places(3),
+    Column::new("differences", "other hits", Source::Counted).places(0),
+];
+
+const METHODS: [Column; 3] = [
+    Column::new("decompress_percent", "decompress", Source::Counted).places(2),
+    Column::new("point_percent", "traversal point", Source::Counted).places(2),
+    Column::new("incremental_percent", "incremental", Source::Counted).places(2),
+];
+
+/// What one scene gave.
+struct Row {
+    exact: Sums,
+    rays: u64,
+    streamed: [Sums; 3],
+    top_down: Sums,
+    differences: u64,
+}
+
+fn run(lab: &Lab<'_>, outcome: &mut Outcome) -> Result<(), ExperimentError> {
+    let models =
+        [&scenes::BUNNY, &scenes::CLOTH, &scenes::SIBENIK, &scenes::CRYTEK, &scenes::DRAGON];
+    let scenes = outcome.scenes(lab, &models)?;
+    let mut table =
+        Table::new("Tests a ray, and those of the streamed tree above them", "scene", COLUMNS);
+    let mut methods =
+        Table::new("Box tests above the exact tree's, by method, %", "scene", METHODS);
+    for loaded in &scenes {
+        let row = measure(loaded)?;
+        let each = |count: u64| Value::ours(count as f64 / row.rays.max(1) as f64);
+        let above = |ours: u64, base: u64| 100.0 * (ours as f64 / base.max(1) as f64 - 1.0);
+        let incremental = &row.streamed[2];
+        table.scene(
+            loaded.scene,
+            Some(loaded.mesh.triangles.len() as u64),
+            [
+                each(row.exact.box_tests),
+                each(row.exact.triangle_tests),
+                Value::ours(above(incremental.box_tests, row.exact.box_tests)),
+                Value::ours(above(incremental.triangle_tests, row.exact.triangle_tests)),
+                Value::ours(above(incremental.box_tests, row.top_down.box_tests)),
+                Value::ours(row.differences as f64),
+            ],
+        );
+        let by_method = row.streamed.map(|s| Value::ours(above(s.box_tests, row.exact.box_tests)));
+        methods.scene(loaded.scene, Some(loaded.mesh.triangles.len() as u64), by_method);
+    }
+    let paper = [None, None, Some(p3::EXTRA_TESTS[0]), Some(p3::EXTRA_TESTS[1]), None, None];
+    let means = [0, 1, 2, 3, 4, 5].map(|i| Value::new(table.mean(i), paper[i]));
+    table.row("mean; paper's of sixteen", means);
+    outcome.tables.extend([table, methods]);
+    outcome.configuration.extend(
+        [
+            "LBVH, equal codes in one leaf; streamed in modulo coordinates with treelets of depth 2; top-down \
+             from the same 64-byte tree. 128 x 96 primary rays of the standard view and one diffuse bounce of \
+             each that hit, closest and any hit; the box of the root counts as a test.",
+            "Other hits: answers that are not the exact tree's, of all rays, both queries and all three ways to \
+             test quantized boxes.",
+        ]
+        .map(str::to_owned),
+    );
+    outcome.notes.push(
+        "A search goes on into a box that quantizing made larger; what more there is to test depends on how \
+         tightly leaves lie. The paper's rays are paths of its renderer."
+            .to_owned(),
+    );
+    Ok(())
+}
+
+fn measure(loaded: &Loaded) -> Result<Row, ExperimentError> {
+    let mesh = &*loaded.mesh;
+    let failed = |source| ExperimentError::Build { scene: mesh.name.clone(), source };
+    let build = |options: &BuildOptions| run::build(&mesh.triangles, options).map_err(failed);
+    let streamed = build(&setup::function(setup::streamed(Coordinates::Modulo, 2)))?;
+    let format = streamed.scene.tree.format;
+    let separate = build(&BuildOptions { format, ..setup::separate() })?;
+    let (exact, top_down) = (separate.exact.unwrap_or(separate.scene), separate.scene);
+
+    let camera = close_up(mesh, UpAxis::Y, 128, 96);
+    let on_grid = |ray: &_| GridRay::new(&mesh.frame, ray);
+    let primary: Vec<GridRay> = camera.rays().iter().map(on_grid).collect();
+    let cores = |rays: &[GridRay]| rays.iter().map(|ray| ray.core().copied()).collect::<Vec<_>>();
+    let trace = |run: &BuildRun, scene, method, rays: &[Option<Ray>], query| {
+        run::trace_by(method, &run.memory, scene, rays, query)
+            .map_err(|error| failed(RunError::Malformed(error.into())))
+    };
+    let first = trace(&separate, &exact, Method::default(), &cores(&primary), Query::Closest)?;
+    let bounces = primary.par_iter().enumerate().filter_map(|(i, ray)| {
+        let hit = ray.hit(first.hits[i].as_ref());
+        sampling::bounce(mesh, &camera.ray(i), &hit, 1, i).as_ref().map(on_grid)
+    });
+    let rays = cores(&[primary.clone(), bounces.collect()].concat());
+
+    let mut row = Row {
+        exact: Sums::default(),
+        rays: rays.iter().flatten().count() as u64,
+        streamed: [Sums::default(); 3],
+        top_down: Sums::default(),
+        differences: 0,
+    };
+    for query in [Query::Closest, Query::Any] {
+        let expect = trace(&separate, &exact, Method::default(), &rays, query)?;
+        let baseline = trace(&separate, &top_down, Method::default(), &rays, query)?;
+        if query == Query::Closest {
+            row.exact += expect.sums;
+            row.top_down += baseline.sums;
+        }
+        for (method, sums) in Method::ALL.into_iter().zip(&mut row.streamed) {
+            let found = trace(&streamed, &streamed.scene, method, &rays, query)?;
+            if query == Query::Closest {
+                *sums += found.sums;
+            }
+            let differ = expect.hits.iter().zip(&found.hits).filter(|(a, b)| match query {
+                Query::Closest => a != b,
+                // Which hit is met first depends on the tree; whether there is one does not.
+                Query::Any => a.is_some() != b.is_some(),
+            });
+            row.differences += differ.count() as u64;
+        }
+    }
+    Ok(row)
+}
