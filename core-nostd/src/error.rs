@@ -75,6 +75,9 @@ pub enum ConfigError {
     /// Treelets are not 1 to 4 nodes deep, deeper than 1 behind the clustering emitter, or without
     /// storage; the estimate's margin is above 3, or held lines are not 2 to 64.
     Compression,
+    /// Shared-plane nodes are asked for with a margin above 5 or a flatness above 31, without stored
+    /// grids, behind an emitter that is not depth first, or below a top level.
+    Sharing,
 }
 
 impl fmt::Display for ConfigError {
@@ -98,6 +101,10 @@ impl fmt::Display for ConfigError {
             Self::Compression => {
                 "treelets must be 1 to 4 deep, with storage for them (1 with the clustering emitter), the \
                  margin be at most 3, and held lines be 2 to 64"
+            }
+            Self::Sharing => {
+                "shared-plane nodes are streamed by the LBVH emitter without a top level, and with \
+                 stored grids; the margin must be at most 5 and the flatness at most 31"
             }
         })
     }

@@ -11,7 +11,7 @@ use crate::compress::{Compression, HeldNode};
 use crate::emit::{CellConfig, EmitterKind};
 use crate::error::{BuildError, ConfigError, RegionName};
 use crate::mem::{BurstWriter, Bus, Region};
-use crate::node::{LeafEntry, MAX_LEAF_SIZE, NodeFormat, Tree};
+use crate::node::{Grids, LeafEntry, MAX_LEAF_SIZE, NodeFormat, Sharing, Tree};
 use crate::num::{Grid, MortonCoder, MortonWidth};
 use crate::probe::{Probe, Stage};
 use crate::sort::{
@@ -46,6 +46,8 @@ pub struct BuildConfig {
     pub cells: CellConfig,
     /// How nodes are compressed on their way to memory; without it they have 64 bytes.
     pub compression: Option<Compression>,
+    /// How shared-plane nodes are made of them instead, as they come.
+    pub sharing: Option<Sharing>,
 }
 
 /// What is kept on chip of a tree under construction, beside the sorter's [`Workspace`].
@@ -93,6 +95,7 @@ impl Default for BuildConfig {
             top_level: TopLevel::None,
             cells: CellConfig::default(),
             compression: None,
+            sharing: None,
         }
     }
 }
@@ -151,9 +154,10 @@ impl BuildConfig {
 
     /// The format of the nodes.
     pub const fn format(&self) -> NodeFormat {
-        match &self.compression {
-            None => NodeFormat::Bvh2,
-            Some(compression) => NodeFormat::Quantized(compression.quantization),
+        match (&self.compression, self.sharing) {
+            (Some(compression), _) => NodeFormat::Quantized(compression.quantization),
+            (None, Some(sharing)) => NodeFormat::Shared(sharing),
+            (None, None) => NodeFormat::Bvh2,
         }
     }
 
@@ -189,6 +193,14 @@ impl BuildConfig {
         }
         if let Some(compression) = &self.compression {
             compression.check()?;
+        }
+        if let Some(sharing) = &self.sharing {
+            sharing.check()?;
+            // Nodes must come depth first, and a parent must find its grid in its own bytes.
+            let depth_first = self.emitter == EmitterKind::Lbvh && self.top_level == TopLevel::None;
+            if !depth_first || self.compression.is_some() || sharing.grids != Grids::Stored {
+                return Err(ConfigError::Sharing);
+            }
         }
         match &self.emitter {
             EmitterKind::Lbvh => Ok(()),

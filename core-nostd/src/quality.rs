@@ -4,13 +4,13 @@ use fixed::FixedU64;
 use fixed::types::extra::U32;
 use heapless::Vec;
 
-use crate::compress::Placement;
+use crate::compress::{Placement, SharedContext};
 use crate::emit::MAX_DEPTH;
 use crate::geom::{Aabb, Triangle};
 use crate::mem::Bus;
 use crate::node::{
     Bvh2Node, Bvh2View, Child, LeafEntry, NodeFormat, NodeIndex, Quantization, QuantizedPair,
-    QuantizedView,
+    QuantizedView, SharedNode, SharedWords, Sharing, Subtree, Tree,
 };
 use crate::traverse::{Scene, TraceError};
 
@@ -93,8 +93,16 @@ impl<E> From<TraceError<E>> for Malformed<E> {
 struct Pending {
     child: Child,
     bounds: Aabb,
-    placement: Option<Placement>,
+    grid: Local,
     depth: u32,
+}
+
+/// Where a box is as its children see it.
+#[derive(Clone, Copy)]
+enum Local {
+    Exact,
+    Quantized(Placement, Quantization),
+    Shared(SharedContext, Sharing),
 }
 
 /// Walks a whole tree, checks that each triangle is in exactly one leaf and inside all boxes above
@@ -122,28 +130,27 @@ pub fn check<B: Bus>(
         None => None,
         Some(root) => {
             let corrupt = TraceError::CorruptNode { index: tree.node_count.saturating_sub(1) };
-            // Also refuses boxes off the grid, whose areas would overflow.
-            let quantization = match &tree.format {
-                NodeFormat::Bvh2 => &Quantization::RELATIVE,
-                NodeFormat::Quantized(quantization) => quantization,
-            };
-            let placement = Placement::root(&root.bounds, quantization).ok_or(corrupt)?;
-            let (bounds, placement) = match tree.format {
-                NodeFormat::Bvh2 => (root.bounds, None),
-                NodeFormat::Quantized(_) => (placement.decoded(), Some(placement)),
+            let local = local(tree, &root).ok_or(corrupt)?;
+            let bounds = match &local {
+                Local::Exact => root.bounds,
+                Local::Quantized(placement, _) => placement.decoded(),
+                Local::Shared(context, _) => context.bounds,
             };
             quality.root_area = bounds.half_area();
-            Some(Pending { child: root.child, bounds, placement, depth: 1 })
+            Some(Pending { child: root.child, bounds, grid: local, depth: 1 })
         }
     };
     while let Some(pending) = next {
         match pending.child {
             Child::Inner(NodeIndex(index)) => {
                 let corrupt = TraceError::CorruptNode { index };
+                // Before anything is read, so that it ends.
                 nodes_left = nodes_left.checked_sub(1).ok_or(corrupt)?;
                 quality.inner_area += u128::from(pending.bounds.half_area());
                 quality.depth = quality.depth.max(pending.depth);
-                for child in read_children(bus, scene, index, &pending)? {
+                let (children, records) = read_children(bus, scene, index, &pending)?;
+                nodes_left = nodes_left.checked_sub(records - 1).ok_or(corrupt)?;
+                for child in children {
                     if !pending.bounds.contains(&child.bounds) {
                         return Err(Malformed::ChildOutside { node: index });
                     }
@@ -191,45 +198,78 @@ pub fn check<B: Bus>(
     }
 }
 
+/// The root as its children see it, unless its box is off the grid: areas would overflow.
+fn local(tree: &Tree, root: &Subtree) -> Option<Local> {
+    Some(match tree.format {
+        NodeFormat::Bvh2 => {
+            Placement::root(&root.bounds, &Quantization::RELATIVE)?;
+            Local::Exact
+        }
+        NodeFormat::Quantized(quantization) => {
+            Local::Quantized(Placement::root(&root.bounds, &quantization)?, quantization)
+        }
+        NodeFormat::Shared(sharing) => {
+            Local::Shared(SharedContext::root(root, tree.entry_count, &sharing)?, sharing)
+        }
+    })
+}
+
+/// The children of a node, and how many records it has.
 fn read_children<B: Bus>(
     bus: &mut B,
     scene: &Scene,
     index: u32,
     parent: &Pending,
-) -> Result<[Pending; 2], TraceError<B::Error>> {
+) -> Result<([Pending; 2], u32), TraceError<B::Error>> {
     let tree = &scene.tree;
     let corrupt = TraceError::CorruptNode { index };
-    let addr = tree.nodes.record(index, tree.format.bytes());
-    let addr = addr.filter(|_| index < tree.node_count).ok_or(corrupt)?;
-    let failed = |error| TraceError::Bus { addr, error };
+    let mut read = |index: u32, bytes: &mut [u8]| {
+        let addr = tree.nodes.record(index, tree.format.bytes());
+        let addr = addr.filter(|_| index < tree.node_count).ok_or(corrupt)?;
+        bus.read(addr, bytes).map_err(|error| TraceError::Bus { addr, error })
+    };
     let depth = parent.depth + 1;
-    let quantization = match &tree.format {
-        NodeFormat::Bvh2 => {
+    match &parent.grid {
+        Local::Exact => {
             let mut bytes = [0; Bvh2Node::BYTES];
-            bus.read(addr, &mut bytes).map_err(failed)?;
+            read(index, &mut bytes)?;
             let node = Bvh2View::new(&bytes).to_repr().ok_or(corrupt)?;
-            return Ok(node.children.map(|subtree| Pending {
-                child: subtree.child,
-                bounds: subtree.bounds,
-                placement: None,
-                depth,
-            }));
+            let pending =
+                |Subtree { child, bounds }| Pending { child, bounds, grid: Local::Exact, depth };
+            Ok((node.children.map(pending), 1))
         }
-        NodeFormat::Quantized(quantization) => quantization,
-    };
-    let mut bytes = [0; QuantizedPair::MAX_BYTES];
-    bus.read(addr, &mut bytes[..tree.format.bytes() as usize]).map_err(failed)?;
-    let placement = parent.placement.ok_or(corrupt)?;
-    let view = QuantizedView::new(&bytes, quantization.bits);
-    let decode = |i| {
-        let child = view.child(i);
-        let cells = placement.context.decode(&child, quantization).ok_or(corrupt)?;
-        let (low, scale) = (placement.child(&cells, quantization), placement.context.scale);
-        let upper = |axis: usize| low.lower[axis] + (i32::from(cells.width[axis]) << scale[axis]);
-        let bounds = Aabb::new(low.lower, glam::IVec3::new(upper(0), upper(1), upper(2)));
-        Ok(Pending { child: child.child, bounds, placement: Some(low), depth })
-    };
-    Ok([decode(0)?, decode(1)?])
+        Local::Quantized(placement, quantization) => {
+            let mut bytes = [0; QuantizedPair::MAX_BYTES];
+            read(index, &mut bytes[..tree.format.bytes() as usize])?;
+            let view = QuantizedView::new(&bytes, quantization.bits);
+            let decode = |i| {
+                let child = view.child(i);
+                let cells = placement.context.decode(&child, quantization).ok_or(corrupt)?;
+                let (low, scale) = (placement.child(&cells, quantization), placement.context.scale);
+                let upper =
+                    |axis: usize| low.lower[axis] + (i32::from(cells.width[axis]) << scale[axis]);
+                let bounds = Aabb::new(low.lower, glam::IVec3::new(upper(0), upper(1), upper(2)));
+                let grid = Local::Quantized(low, *quantization);
+                Ok(Pending { child: child.child, bounds, grid, depth })
+            };
+            Ok(([decode(0)?, decode(1)?], 1))
+        }
+        Local::Shared(context, sharing) => {
+            let mut words = SharedWords::new();
+            while words.is_empty() || SharedNode::is_extended(&words) {
+                let mut bytes = [0; SharedNode::WORD_BYTES as usize];
+                read(index.checked_sub(words.len() as u32).ok_or(corrupt)?, &mut bytes)?;
+                words.push(u64::from_le_bytes(bytes)).map_err(|_| corrupt)?;
+            }
+            let node = SharedNode::from_words(&words, sharing.grids).ok_or(corrupt)?;
+            let children = context.decode(NodeIndex(index), &node, words.len(), sharing);
+            let pending = |context: SharedContext| {
+                let SharedContext { child, bounds, .. } = context;
+                Pending { child, bounds, grid: Local::Shared(context, *sharing), depth }
+            };
+            Ok((children.ok_or(corrupt)?.map(pending), words.len() as u32))
+        }
+    }
 }
 
 fn read_entry<B: Bus>(

@@ -10,10 +10,12 @@
 mod bvh2;
 mod leaf;
 mod quantized;
+mod shared;
 
 pub use bvh2::{Bvh2Node, Bvh2View};
 pub use leaf::LeafEntry;
 pub use quantized::{Coordinates, Quantization, QuantizedChild, QuantizedPair, QuantizedView};
+pub use shared::{Grids, Link, Plane, SharedNode, SharedWords, Sharing};
 
 use crate::geom::Aabb;
 use crate::mem::Region;
@@ -85,14 +87,17 @@ pub enum NodeFormat {
     Bvh2,
     /// 16 or 20 bytes, two quantized boxes: [`QuantizedPair`].
     Quantized(Quantization),
+    /// Words of 8 bytes: [`SharedNode`].
+    Shared(Sharing),
 }
 
 impl NodeFormat {
-    /// Bytes of a node.
+    /// Bytes of a node, or of a word of a shared-plane node.
     pub const fn bytes(self) -> u32 {
         match self {
             Self::Bvh2 => Bvh2Node::BYTES as u32,
             Self::Quantized(quantization) => quantization.node_bytes(),
+            Self::Shared(_) => SharedNode::WORD_BYTES,
         }
     }
 }
@@ -104,7 +109,7 @@ pub struct Tree {
     pub format: NodeFormat,
     /// The root, or `None` for the tree of no primitives. A tree of one leaf has no nodes.
     pub root: Option<Subtree>,
-    /// How many nodes there are.
+    /// How many nodes there are; of shared-plane nodes, how many words.
     pub node_count: u32,
     /// How many leaves there are.
     pub leaf_count: u32,

@@ -1,10 +1,10 @@
 //! Where completed nodes go.
 
 use super::{BuildConfig, BuildRegions};
-use crate::compress::{Compressor, HeldNode, Place};
+use crate::compress::{Compressor, HeldNode, Place, SharedCompressor};
 use crate::error::{BuildError, RegionName};
 use crate::mem::{BurstWriter, Bus};
-use crate::node::{Bvh2Node, NodeIndex, Subtree};
+use crate::node::{Bvh2Node, Child, NodeIndex, Subtree};
 use crate::probe::{Probe, Stage};
 
 /// The node port of an emitter: straight to memory, or through the compressor.
@@ -20,18 +20,23 @@ pub(super) struct NodePort<'a> {
 enum Writer<'a> {
     Exact(BurstWriter),
     Quantized(Compressor<'a>),
+    Shared(SharedCompressor),
 }
 
 impl<'a> NodePort<'a> {
     pub fn new(config: &BuildConfig, regions: &BuildRegions, held: &'a mut [HeldNode]) -> Self {
-        let writer = match config.compression {
-            None => Writer::Exact(BurstWriter::new(
+        let burst = config.write_burst as usize;
+        let writer = match (config.compression, config.sharing) {
+            (None, Some(sharing)) => {
+                Writer::Shared(SharedCompressor::new(sharing, regions.nodes, burst))
+            }
+            (None, None) => Writer::Exact(BurstWriter::new(
                 regions.nodes,
                 RegionName::Nodes,
                 Stage::Emit,
-                config.write_burst as usize,
+                burst,
             )),
-            Some(compression) => {
+            (Some(compression), _) => {
                 Writer::Quantized(Compressor::new(compression, regions.nodes, held))
             }
         };
@@ -52,6 +57,7 @@ impl<'a> NodePort<'a> {
             Writer::Quantized(compressor) => {
                 compressor.accept(bus, node, index, Place::Next, probe)?;
             }
+            Writer::Shared(compressor) => compressor.accept(bus, node, index, probe)?,
         }
         self.count += 1;
         Ok(index)
@@ -76,9 +82,23 @@ impl<'a> NodePort<'a> {
         Ok(())
     }
 
-    /// How many nodes have been pushed.
+    /// What [`Tree::node_count`](crate::node::Tree::node_count) is to be.
     pub const fn count(&self) -> u32 {
-        self.count
+        match &self.writer {
+            Writer::Shared(compressor) => compressor.words(),
+            _ => self.count,
+        }
+    }
+
+    /// The root as the tree's descriptor has it; as the port gave it, unless nodes take several words.
+    pub fn locate(&self, root: Subtree) -> Subtree {
+        match (&self.writer, root.child) {
+            (Writer::Shared(compressor), Child::Inner(_)) => {
+                let last = NodeIndex(compressor.words().saturating_sub(1));
+                Subtree { child: Child::Inner(last), ..root }
+            }
+            _ => root,
+        }
     }
 
     /// The subtree that was completed last is a cell, to be joined to others later.
@@ -88,7 +108,7 @@ impl<'a> NodePort<'a> {
         probe: &mut P,
     ) -> Result<(), BuildError<B::Error>> {
         match &mut self.writer {
-            Writer::Exact(_) => Ok(()),
+            Writer::Exact(_) | Writer::Shared(_) => Ok(()),
             Writer::Quantized(compressor) => compressor.settle(bus, probe),
         }
     }
@@ -106,6 +126,8 @@ impl<'a> NodePort<'a> {
                 writer.set_stage(stage);
             }
             Writer::Quantized(compressor) => compressor.enter(bus, stage, probe)?,
+            // Comes after a top level only, which is not shared.
+            Writer::Shared(_) => {}
         }
         probe.stage(stage);
         Ok(())
@@ -121,6 +143,7 @@ impl<'a> NodePort<'a> {
         match self.writer {
             Writer::Exact(mut writer) => writer.flush(bus),
             Writer::Quantized(compressor) => compressor.finish(bus, root, probe),
+            Writer::Shared(compressor) => compressor.finish(bus),
         }
     }
 }

@@ -102,6 +102,7 @@ impl<'a> TreeWriter<'a> {
         }
         self.tree.leaf_count = self.emitter.leaves();
         self.tree.node_count = self.nodes.count();
+        self.tree.root = self.tree.root.map(|root| self.nodes.locate(root));
         self.nodes.finish(bus, self.tree.root.as_ref(), probe)?;
         Ok(self.tree)
     }

@@ -13,6 +13,7 @@ mod bvh2;
 mod hit;
 mod quantized;
 mod search;
+mod shared;
 mod slab;
 pub mod watertight;
 
@@ -57,7 +58,7 @@ pub fn trace<B: Bus, P: Probe>(
 }
 
 /// Traces one ray, testing the boxes of quantized nodes by a method. Nodes of 64 bytes have exact
-/// boxes and are tested in one way.
+/// boxes and are tested in one way, and so are shared-plane nodes: they are decompressed.
 ///
 /// The closest hit does not depend on the method; which nodes are visited does, and so may which of
 /// several hits answers [`Query::Any`].
@@ -85,6 +86,10 @@ pub fn trace_by<B: Bus, P: Probe>(
         }
         (NodeFormat::Quantized(q), Method::Incremental) => {
             search(&Incremental(q), bus, scene, ray, query, probe)
+        }
+        (NodeFormat::Shared(sharing), _) => {
+            let format = shared::Shared { sharing, entry_count: scene.tree.entry_count };
+            search(&format, bus, scene, ray, query, probe)
         }
     }
 }

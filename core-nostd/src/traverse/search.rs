@@ -25,6 +25,12 @@ pub(super) trait Traversable {
     /// off the grid.
     fn root(&self, ray: &Ray, root: &Subtree, entry: i64) -> Option<Self::Context>;
 
+    /// Whether the record before the `have` bytes at hand, as long as the first, is a part of the node.
+    #[inline(always)]
+    fn more(&self, _bytes: &Self::Bytes, _have: usize) -> bool {
+        false
+    }
+
     /// The children whose boxes the ray passes, within `t <= t_max`, or `None` if the node is
     /// corrupt.
     fn children(
@@ -115,6 +121,16 @@ pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
                     bus.read(addr, &mut bytes.as_mut()[..stride as usize])
                         .map_err(|error| TraceError::Bus { addr, error })?;
                     probe.node_fetch(addr, stride);
+                    let mut have = stride as usize;
+                    while format.more(&bytes, have) {
+                        let before = index.checked_sub(have as u32 / stride).ok_or(corrupt)?;
+                        let addr = tree.nodes.record(before, stride).ok_or(outside)?;
+                        let part = bytes.as_mut().get_mut(have..have + stride as usize);
+                        bus.read(addr, part.ok_or(corrupt)?)
+                            .map_err(|error| TraceError::Bus { addr, error })?;
+                        probe.node_fetch(addr, stride);
+                        have += stride as usize;
+                    }
                     probe.box_test();
                     probe.box_test();
                     let children = format.children(ray, &bytes, &context, best.t_max);

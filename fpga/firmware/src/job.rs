@@ -152,7 +152,8 @@ pub fn run<B: Bus, C: Clock>(
     let exact = built.map_err(JobError::Build)?;
     stages.stage(Stage::Compress);
     let quantization = match blob.header.format {
-        NodeFormat::Bvh2 => Quantization::RELATIVE,
+        // The blob's header has no name for shared planes.
+        NodeFormat::Bvh2 | NodeFormat::Shared(_) => Quantization::RELATIVE,
         NodeFormat::Quantized(quantization) => quantization,
     };
     let quantized =

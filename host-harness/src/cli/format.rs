@@ -2,15 +2,16 @@
 
 use clap::{Args, ValueEnum};
 use xylem_core::compress::{Compression, MAX_LINES, Repairs};
-use xylem_core::node::{Coordinates, NodeFormat, Quantization};
+use xylem_core::node::{Coordinates, NodeFormat, Quantization, Sharing};
 
 use super::CliError;
 
 /// The format of nodes.
 #[derive(Debug, Clone, Args)]
 pub(super) struct FormatArgs {
-    /// Nodes: bvh2 is two exact boxes in 64 bytes, cbvh two quantized ones in 16 [default: bvh2, or
-    /// cbvh if an option about it is given]
+    /// Nodes: bvh2 is two exact boxes in 64 bytes, cbvh two quantized ones in 16, cbvh8 two that take
+    /// half of their planes from their parent, in 8, made as nodes are emitted [default: bvh2, or cbvh
+    /// if an option about it is given]
     #[arg(long, value_enum)]
     format: Option<Format>,
     /// How cbvh nodes are made: by a pass from the root down over the finished tree, or bottom-up as
@@ -53,6 +54,8 @@ enum Format {
     Bvh2,
     /// 16 bytes, two quantized boxes
     Cbvh,
+    /// 8 bytes, two quantized boxes that share planes with their parent
+    Cbvh8,
 }
 
 /// `--compress`.
@@ -86,16 +89,26 @@ impl FormatArgs {
             || self.quant_bits.is_some()
             || self.min_scale.is_some()
             || streamed;
-        if quantized && self.format == Some(Format::Bvh2) {
-            let message = "--compress, --coords, --quant-bits, --min-scale, --treelet-depth, \
-                           --margin and --held-lines are about quantized nodes, but --format is bvh2; use --format \
-                           cbvh or leave them out";
-            return Err(CliError::Usage(message.into()));
+        let name = match self.format {
+            Some(Format::Bvh2) => "bvh2",
+            Some(Format::Cbvh8) => "cbvh8",
+            _ => "cbvh",
+        };
+        if quantized && name != "cbvh" {
+            let message = format!(
+                "--compress, --coords, --quant-bits, --min-scale, --treelet-depth, --margin and \
+                 --held-lines are about 16-byte quantized nodes, but --format is {name}; use --format cbvh \
+                 or leave them out"
+            );
+            return Err(CliError::Usage(message));
         }
         if streamed && self.compress == Some(Compress::Topdown) {
             let message = "--treelet-depth, --margin and --held-lines are about --compress bottomup; use \
                            that or leave them out";
             return Err(CliError::Usage(message.into()));
+        }
+        if self.format == Some(Format::Cbvh8) {
+            return Ok((NodeFormat::Shared(Sharing::STREAMED), None));
         }
         if !quantized && self.format != Some(Format::Cbvh) {
             return Ok((NodeFormat::Bvh2, None));

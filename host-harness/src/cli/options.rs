@@ -5,6 +5,7 @@ use std::fmt;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use xylem_core::emit::{CellConfig, EmitterKind, MAX_CHAIN, MAX_RADIUS, PlocConfig};
+use xylem_core::node::NodeFormat;
 use xylem_core::num::{Grid, MortonWidth};
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
@@ -205,6 +206,10 @@ impl TreeArgs {
             max_leaf_size: self.max_leaf,
             emitter: self.emitter()?,
             compression,
+            sharing: match format {
+                NodeFormat::Shared(sharing) => Some(sharing),
+                _ => None,
+            },
             ..BuildConfig::default()
         };
         self.top.set(&mut config);

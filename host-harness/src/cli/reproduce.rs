@@ -100,6 +100,7 @@ impl From<ExperimentError> for CliError {
         match error {
             ExperimentError::Scene(error) => error.into(),
             ExperimentError::Build { scene, source } => Self::Build { scene, source },
+            ExperimentError::Trace { scene, source } => Self::Trace { scene, source },
         }
     }
 }

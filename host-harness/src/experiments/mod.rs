@@ -31,8 +31,12 @@ mod p3_table3;
 pub mod paper;
 pub mod scenes;
 mod setup;
+mod shared_plane;
 mod utilisation;
 
+use xylem_core::traverse::TraceError;
+
+use crate::bus::MemoryError;
 use crate::run::RunError;
 use crate::scene::SceneError;
 
@@ -74,6 +78,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     p3_fig10::EXPERIMENT,
     p3_table2::FIGURE,
     p3_quality::EXPERIMENT,
+    shared_plane::EXPERIMENT,
 ];
 
 /// What [`DoyleModel::PAPER`](crate::baseline::DoyleModel::PAPER) is, in words.
@@ -93,6 +98,14 @@ pub enum ExperimentError {
         scene: String,
         /// What the builder said.
         source: RunError,
+    },
+    /// A tree could not be traced.
+    #[error("{scene}: {source}")]
+    Trace {
+        /// The model.
+        scene: String,
+        /// What the search said.
+        source: TraceError<MemoryError>,
     },
 }
 

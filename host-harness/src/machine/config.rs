@@ -148,6 +148,9 @@ impl MachineConfig {
         if sort.record != RecordFormat::Box32 {
             return Err(Error::Record);
         }
+        if self.build.sharing.is_some() {
+            return Err(Error::Sharing);
+        }
         if matches!(self.build.top_level, TopLevel::Atrbvh(_)) {
             return Err(Error::TopLevel);
         }
@@ -174,6 +177,9 @@ pub enum MachineConfigError {
     /// The machine sorts 32-byte records.
     #[error("the clocked builder sorts 32-byte boxes; other records have the function engine only")]
     Record,
+    /// There is no unit that shares planes.
+    #[error("shared-plane nodes have no unit; use the function engine, or 16-byte nodes")]
+    Sharing,
     /// There is no unit that restructures treelets.
     #[error("ATRBVH is software on the soft core, no unit; use the function engine, or `binned`")]
     TopLevel,

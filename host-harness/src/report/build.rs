@@ -232,6 +232,7 @@ impl BuildReport {
     pub const fn format_words(format: NodeFormat) -> (&'static str, Option<&'static str>) {
         match format {
             NodeFormat::Bvh2 => ("bvh2", None),
+            NodeFormat::Shared(_) => ("cbvh8", None),
             NodeFormat::Quantized(quantization) => match quantization.coordinates {
                 Coordinates::Relative => ("cbvh", Some("relative")),
                 Coordinates::Modulo => ("cbvh", Some("modulo")),

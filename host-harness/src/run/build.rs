@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use heapless::Vec as FixedVec;
 use xylem_core::compress::{HeldNode, compress_top_down};
 use xylem_core::emit::Cell;
-use xylem_core::error::BuildError;
+use xylem_core::error::{BuildError, ConfigError};
 use xylem_core::geom::Triangle;
 use xylem_core::mem::{Bus, ByteAddr};
 use xylem_core::node::{NodeFormat, Tree};
@@ -198,7 +198,10 @@ pub fn job<B: Bus, P: Probe>(
             Ok((tree, Some(built)))
         }
         (NodeFormat::Bvh2, NodeFormat::Bvh2) => Ok((built, Some(built))),
-        (NodeFormat::Quantized(_), _) => Ok((built, None)),
+        // The pass from the root down is no part of the core for shared planes; a build that wants them
+        // streams them.
+        (NodeFormat::Bvh2, NodeFormat::Shared(_)) => Err(ConfigError::Sharing.into()),
+        (NodeFormat::Quantized(_) | NodeFormat::Shared(_), _) => Ok((built, None)),
     }
 }
 

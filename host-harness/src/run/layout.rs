@@ -3,7 +3,7 @@
 use xylem_core::error::RegionName;
 use xylem_core::geom::Triangle;
 use xylem_core::mem::Region;
-use xylem_core::node::{LeafEntry, QuantizedPair};
+use xylem_core::node::{LeafEntry, NodeFormat, QuantizedPair, SharedNode};
 use xylem_core::pipeline::{BuildConfig, BuildRegions};
 use xylem_core::sort::InputFormat;
 
@@ -22,6 +22,14 @@ pub struct Layout {
 }
 
 const ALIGNMENT: u64 = 4096;
+
+/// Bytes to keep free for a node, all its extensions included.
+const fn node_room(format: NodeFormat) -> usize {
+    match format {
+        NodeFormat::Shared(_) => SharedNode::MAX_WORDS * SharedNode::WORD_BYTES as usize,
+        _ => format.bytes() as usize,
+    }
+}
 
 impl Layout {
     /// The regions for `count` primitives, or the number of bytes they would take if that exceeds
@@ -46,12 +54,12 @@ impl Layout {
             primitives,
             runs_a: place(runs_a),
             runs_b: place(runs_b),
-            nodes: place(records(config.format().bytes() as usize)),
+            nodes: place(records(node_room(config.format()))),
             leaf_table: place(records(LeafEntry::BYTES)),
         };
-        let quantized_nodes = match config.compression {
-            None => place(records(QuantizedPair::MAX_BYTES)),
-            Some(_) => build.nodes,
+        let quantized_nodes = match config.format() {
+            NodeFormat::Bvh2 => place(records(QuantizedPair::MAX_BYTES)),
+            _ => build.nodes,
         };
         let layout = Self { triangles, build, quantized_nodes, size };
         if overflow { Err(size) } else { Ok(layout) }
