@@ -1,4 +1,4 @@
-//! Why a build or a compression could not be done.
+//! Why a build, a refit or a compression could not be done.
 
 use core::fmt;
 
@@ -78,6 +78,8 @@ pub enum ConfigError {
     /// Shared-plane nodes are asked for with a margin above 5 or a flatness above 31, without stored
     /// grids, behind an emitter that is not depth first, or below a top level.
     Sharing,
+    /// Shared-plane nodes cannot be refitted: their sizes change with their boxes.
+    RefitFormat,
 }
 
 impl fmt::Display for ConfigError {
@@ -102,6 +104,9 @@ impl fmt::Display for ConfigError {
                 "treelets must be 1 to 4 deep, with storage for them (1 with the clustering emitter), the \
                  margin be at most 3, and held lines be 2 to 64"
             }
+            Self::RefitFormat => {
+                "shared-plane nodes change their sizes with their boxes; build the tree anew"
+            }
             Self::Sharing => {
                 "shared-plane nodes are streamed by the LBVH emitter without a top level, and with \
                  stored grids; the margin must be at most 5 and the flatness at most 31"
@@ -112,7 +117,7 @@ impl fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// Why a build or a compression stopped. What had been written before stays in memory.
+/// Why a build, a refit or a compression stopped. What had been written before stays in memory.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -149,6 +154,12 @@ pub enum BuildError<E> {
         /// Its index.
         index: u32,
     },
+    /// A leaf read back from memory is not one that the builder writes, or names a primitive that
+    /// there is not.
+    CorruptLeaf {
+        /// The leaf table entry.
+        entry: u32,
+    },
     /// A cluster read back from a list in memory is not one that the emitter writes.
     CorruptCluster {
         /// Its index in the list.
@@ -172,6 +183,7 @@ impl<E> BuildError<E> {
             Self::InvalidPrimitive { index } => BuildError::InvalidPrimitive { index },
             Self::PointerOverflow => BuildError::PointerOverflow,
             Self::CorruptNode { index } => BuildError::CorruptNode { index },
+            Self::CorruptLeaf { entry } => BuildError::CorruptLeaf { entry },
             Self::CorruptCluster { index } => BuildError::CorruptCluster { index },
             Self::Unsorted => BuildError::Unsorted,
             Self::Internal => BuildError::Internal,
@@ -195,6 +207,9 @@ impl<E: fmt::Debug> fmt::Display for BuildError<E> {
             }
             Self::PointerOverflow => f.write_str("more nodes than the format's pointers can name"),
             Self::CorruptNode { index } => write!(f, "node {index} in memory is corrupt"),
+            Self::CorruptLeaf { entry } => {
+                write!(f, "leaf table entry {entry} in memory is corrupt")
+            }
             Self::CorruptCluster { index } => write!(f, "cluster {index} in memory is corrupt"),
             Self::Unsorted => f.write_str("sorted records came back from memory in another order"),
             Self::Internal => f.write_str("an internal bound was exceeded (a defect of the core)"),

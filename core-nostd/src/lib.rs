@@ -14,6 +14,7 @@
 //!   their parts one to one.
 //! - [`toplevel`]: builders of the top of a tree over what the emitter leaves there.
 //! - [`node`] and [`compress`]: byte formats of trees, and how a tree becomes a quantized one.
+//! - [`refit`]: new boxes for a tree whose triangles have moved, and when to build it anew.
 //! - [`traverse`]: rays through a tree of any format.
 //! - [`pipeline`] and [`quality`]: whole builds, and whether and how good a tree came out. Firmware
 //!   and harness start here.
@@ -89,6 +90,7 @@ pub mod num;
 pub mod pipeline;
 pub mod probe;
 pub mod quality;
+pub mod refit;
 pub mod sort;
 pub mod toplevel;
 pub mod traverse;

@@ -4,6 +4,7 @@
 //! nothing; counters, traces, heat maps and timing replays implement the events they want.
 
 use crate::mem::ByteAddr;
+use crate::node::Subtree;
 
 /// The part of a job that is under way. Memory traffic is attributed to the stage last announced.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, PartialOrd, Ord)]
@@ -19,6 +20,8 @@ pub enum Stage {
     TopLevel,
     /// Finished nodes are read back and written in a quantized format.
     Compress,
+    /// The boxes of a tree are computed anew from moved triangles.
+    Refit,
     /// Rays are traced.
     Trace,
 }
@@ -48,6 +51,10 @@ pub trait Probe {
     /// made one.
     #[inline]
     fn emit_node(&mut self) {}
+    /// A node of a tree that is being built is complete, with these children. Their boxes are exact,
+    /// whatever is written.
+    #[inline]
+    fn built_node(&mut self, children: [&Subtree; 2]) {}
     /// A primitive, or an open leaf of the clustering emitter, joined an open leaf.
     #[inline]
     fn emit_extend_leaf(&mut self) {}
@@ -132,6 +139,10 @@ impl<P: Probe + ?Sized> Probe for &mut P {
     #[inline]
     fn emit_node(&mut self) {
         (**self).emit_node();
+    }
+    #[inline]
+    fn built_node(&mut self, children: [&Subtree; 2]) {
+        (**self).built_node(children);
     }
     #[inline]
     fn emit_extend_leaf(&mut self) {

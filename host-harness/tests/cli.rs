@@ -473,6 +473,37 @@ fn the_soft_core_gives_the_hosts_digest_and_cycles_by_stage() {
     assert!(text.out().lines().all(|line| line.chars().count() <= 100), "{}", text.out());
 }
 
+#[test]
+fn an_animation_reports_what_was_done_in_each_frame() {
+    let test = "an_animation_reports_what_was_done_in_each_frame";
+    if let Err(missing) = xylem::soc::firmware_elf() {
+        assert!(std::env::var_os("XYLEM_REQUIRE_TOOLS").is_none(), "{missing}");
+        println!("skipped: {test}: {missing}");
+        return;
+    }
+    let place = Place::new();
+    let scene = ["soc", "flag:cells=6", "--size", "6x4", "--animate", "5"];
+    let with = |more: &[&str]| place.run(&[scene.as_slice(), more].concat());
+    let json = with(&["--rebuild-at", "0.96", "--key", "flag:cells=6,frame=16", "--json"]).json();
+    assert_eq!(json["digest"], json["host_digest"]);
+    let frames = json["frames"].as_array().expect("frames");
+    assert_eq!((frames.len(), frames[0]["update"].as_str()), (5, Some("rebuild")));
+    assert!(frames[0].get("sah_refitted").is_none());
+    for frame in frames {
+        let rebuilt = frame["update"] == "rebuild";
+        assert_eq!(whole(frame, "build_cycles") > 0, rebuilt, "{frame}");
+        assert_eq!(whole(frame, "refit_cycles") > 0, whole(frame, "frame") > 0, "{frame}");
+        assert!(rebuilt || frame["sah"] == frame["sah_refitted"], "{frame}");
+        assert_eq!(frame["fresh_hits_equal"], true, "{frame}");
+    }
+    assert!(frames[1..].iter().any(|frame| frame["update"] == "rebuild"), "{json}");
+    let text = with(&["--rebuild-price", "1000", "--format", "cbvh"]);
+    assert_eq!(text.code(), Some(0), "{}", text.message());
+    assert!(text.out().contains("built in 1 of 5 frames"), "{}", text.out());
+    assert!(text.out().lines().all(|line| line.chars().count() <= 100), "{}", text.out());
+    with(&["--key", "cornell"]).fails(&["cornell: it has other triangles than flag:cells=6"]);
+}
+
 // ---- The command line -------------------------------------------------------------------------
 
 #[test]
@@ -500,6 +531,9 @@ fn wrong_usage_exits_with_2_and_says_what_is_right() {
         (&["soc", "a.obj", "--engine", "qemu", "--memory", "slow"], "--engine sim only"),
         (&["soc", "a.obj", "--cells", "2049"], "more than the firmware's 2048"),
         (&["soc", "a.obj", "--emitter", "ploc"], "with --emitter lbvh only"),
+        (&["soc", "a.obj", "--key", "b.obj"], "--animate"),
+        (&["soc", "a.obj", "--animate", "0"], "1..=1024"),
+        (&["soc", "a.obj", "--animate", "2", "--rebuild-at", "1e9"], "from 0 to 65535"),
         (&["--out", "x", "build", "a.obj"], "belong to the bare `xylem`"),
         (&["bulid"], "build"),
     ];

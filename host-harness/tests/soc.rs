@@ -6,8 +6,8 @@ use std::time::Duration;
 use glam::IVec3;
 use object::{Object as _, ObjectSegment as _, ObjectSymbol as _, SymbolKind};
 use xylem::soc::{
-    self, Engine, OUTPUTS, Options, Outcome, Output, Report, STAGES, SceneBlob, SocError,
-    firmware_elf, run_on_host,
+    self, Engine, FrameReport, Motion, OUTPUTS, Options, Outcome, Output, Report, STAGES,
+    SceneBlob, SocError, firmware_elf, run_on_host,
 };
 use xylem_core::emit::CellConfig;
 use xylem_core::error::{BuildError, ConfigError};
@@ -15,6 +15,8 @@ use xylem_core::geom::{Ray, Triangle};
 use xylem_core::node::{NodeFormat, Quantization};
 use xylem_core::num::{MortonWidth, SubGrid, Time};
 use xylem_core::probe::Stage;
+use xylem_core::quality::SahCost;
+use xylem_core::refit::{Factor, RebuildRule, Update};
 use xylem_core::sort::{RecordFormat, SortConfig};
 use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
 use xylem_core::traverse::Query;
@@ -180,7 +182,7 @@ fn scenes() -> Vec<(&'static str, SceneBlob)> {
 }
 
 fn on_host(scene: &SceneBlob) -> Report {
-    run_on_host(scene).expect("a scene that fits").expect("a job that ends well")
+    run_on_host(scene).expect("a scene that fits").expect("a job that ends well").report
 }
 
 /// Runs all scenes on an engine and compares everything but the cycles with the host.
@@ -297,13 +299,122 @@ fn a_top_level_makes_another_tree_of_the_same_primitives_over_at_most_the_cells_
     }
 }
 
+/// A sheet that is folded further from frame to frame.
+fn folding(side: i32, frames: i32) -> (Vec<Triangle>, Motion) {
+    let flat = cloth(side);
+    let fold = |frame: i32| {
+        let mut triangles = flat.clone();
+        for vertex in triangles.iter_mut().flat_map(|t| &mut t.vertices) {
+            let x = i64::from(vertex.x).abs() * i64::from(frame) / i64::from(frames);
+            (vertex.x, vertex.z) = (vertex.x - (x as i32) * vertex.x.signum(), x as i32 + vertex.z);
+        }
+        triangles
+    };
+    let later = (1..frames).map(fold).collect();
+    (flat, Motion { later, rule: RebuildRule::Drift(Factor::from_num(1.1)) })
+}
+
+/// The trees of an animation by all formats: what was done in each frame, on the host.
+fn animations() -> Vec<(&'static str, SceneBlob)> {
+    let numbers = &mut Numbers(3);
+    let (triangles, motion) = folding(8, 10);
+    let rays = rays(40, numbers);
+    let base = SceneBlob { triangles, animation: Some(motion), rays, ..SceneBlob::default() };
+    let sort = SortConfig { capacity: 64, burst: 4, ..base.sort };
+    vec![
+        ("exact", SceneBlob { format: NodeFormat::Bvh2, ..base.clone() }),
+        ("relative", SceneBlob { query: Query::Any, sort, ..base.clone() }),
+        ("modulo", SceneBlob { format: NodeFormat::Quantized(Quantization::MODULO), ..base }),
+    ]
+}
+
+#[test]
+fn animated_frames_have_the_hits_of_fresh_trees_and_costs_within_the_rule() {
+    let mut decisions = Vec::new();
+    for (name, scene) in animations() {
+        let run = run_on_host(&scene).expect("a scene that fits").expect("a job that ends well");
+        let motion = scene.animation.as_ref().expect("an animation");
+        assert_eq!(run.frames.len(), 1 + motion.later.len());
+        let mut fresh_cost = SahCost::ZERO;
+        for (frame, triangles) in
+            run.frames.iter().zip([&scene.triangles].into_iter().chain(&motion.later))
+        {
+            let still =
+                SceneBlob { triangles: triangles.clone(), animation: None, ..scene.clone() };
+            let fresh = on_host(&still);
+            let at = format!("{name}, frame {}", frame.frame);
+            assert_eq!(frame.hits, fresh.hits, "{at}");
+            if scene.query == Query::Closest {
+                let hits = OUTPUTS.iter().position(|o| *o == Output::Hits).expect("an output");
+                assert_eq!(frame.hits_crc, fresh.outputs[hits].crc, "{at}");
+            }
+            let drifted = frame.refitted.to_num::<f64>() > 1.1 * fresh_cost.to_num::<f64>();
+            let expect = if frame.frame == 0 || drifted { Update::Rebuild } else { Update::Refit };
+            assert_eq!(frame.update, expect, "{at}: {frame:?}");
+            match frame.update {
+                Update::Refit => assert_eq!(frame.cost, frame.refitted, "{at}"),
+                Update::Rebuild => fresh_cost = frame.cost,
+            }
+        }
+        decisions.push(run.frames.iter().map(|frame| frame.update).collect::<Vec<_>>());
+    }
+    // The rule looks at exact boxes: the format is no matter.
+    assert!(decisions.windows(2).all(|pair| pair[0] == pair[1]), "{decisions:?}");
+    let count = |update| decisions[0].iter().filter(|u| **u == update).count();
+    assert!(count(Update::Refit) > 2 && count(Update::Rebuild) > 1, "{decisions:?}");
+}
+
+/// Runs animations on an engine and compares every frame with the host.
+fn animations_agree_with_the_host(test: &str, engine: Engine) {
+    let Some(elf) = firmware(test) else { return };
+    if or_skip(test, engine.check()).is_none() {
+        return;
+    }
+    for (name, scene) in animations() {
+        let outcome = match soc::run(engine, &elf, &scene, &Options::default()) {
+            Ok(outcome) => outcome,
+            Err(error) => panic!("{name} on {engine}: {error}"),
+        };
+        let host = run_on_host(&scene).expect("a scene that fits").expect("a job that ends well");
+        assert_eq!(outcome.report.digest(), host.report.digest(), "{name} on {engine}");
+        assert_eq!(outcome.frames.len(), host.frames.len(), "{name} on {engine}");
+        for (frame, expect) in outcome.frames.iter().zip(&host.frames) {
+            let what = format!("{name} on {engine}, frame {}", frame.frame);
+            assert_eq!(FrameReport { cycles: expect.cycles, ..*frame }, *expect, "{what}");
+            let refitted =
+                STAGES.iter().zip(frame.cycles).any(|(s, c)| *s == Stage::Refit && c > 0);
+            assert_eq!(refitted, frame.frame > 0, "{what}: {frame:?}");
+        }
+        print_cycles(name, &outcome);
+    }
+}
+
+#[test]
+fn the_simulator_animates_as_the_host_does() {
+    animations_agree_with_the_host("the_simulator_animates_as_the_host_does", Engine::Sim);
+}
+
+#[test]
+fn qemu_animates_as_the_host_does() {
+    animations_agree_with_the_host("qemu_animates_as_the_host_does", Engine::Qemu);
+}
+
+#[test]
+fn frames_of_other_lengths_are_refused() {
+    let (triangles, mut motion) = folding(2, 3);
+    motion.later[1].pop();
+    let scene = SceneBlob { triangles, animation: Some(motion), ..SceneBlob::default() };
+    let error = run_on_host(&scene).expect_err("a blob has frames of one length");
+    assert!(matches!(error, SocError::Frames { first: 8, frame: 2, triangles: 7 }), "{error}");
+}
+
 #[test]
 fn more_cells_than_the_firmware_has_storage_for_are_refused() {
     let cells = |capacity| CellConfig { capacity, ..CellConfig::default() };
     let with = |capacity| {
         let top_level = TopLevel::Binned(Binned::default());
         let scene = SceneBlob { top_level, cells: cells(capacity), ..SceneBlob::default() };
-        run_on_host(&scene).expect("a scene that fits").map(|report| report.cells)
+        run_on_host(&scene).expect("a scene that fits").map(|run| run.report.cells)
     };
     let error = JobError::Build(BuildError::Config(ConfigError::TopLevel));
     assert_eq!(with(MAX_CELLS as u32), Ok(0));

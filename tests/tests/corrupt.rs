@@ -15,6 +15,7 @@ use xylem_core::geom::{Aabb, Ray, Triangle};
 use xylem_core::mem::{Bus, ByteAddr, Region};
 use xylem_core::node::{Child, NodeFormat, NodeIndex, Quantization};
 use xylem_core::quality::{self, Malformed};
+use xylem_core::refit::{InPlace, refit};
 use xylem_core::sort::{Item, RecordFormat};
 use xylem_core::traverse::{Query, Scene};
 use xylem_tests::job::{Job, trace};
@@ -39,7 +40,7 @@ fn merge(mut a: Outcomes, b: Outcomes) -> Outcomes {
     a
 }
 
-/// Three forests and room to compress into.
+/// Three forests and room to compress or refit into.
 struct Target {
     triangles: Vec<Triangle>,
     bounds: Aabb,
@@ -56,7 +57,7 @@ impl Target {
         }
         let mut forest = Forest::grow(&triangles);
         let size = forest.memory.bytes().len();
-        let room = Region::new(size as u32, 16 * count as u32);
+        let room = Region::new(size as u32, 64 * count as u32);
         let mut memory = FlatMemory::new(size + room.size as usize);
         memory.bytes_mut()[..size].copy_from_slice(forest.memory.bytes());
         forest.memory = memory;
@@ -233,7 +234,7 @@ fn case(target: &Target, memory: &mut FlatMemory, random: &mut Random, rays: &[R
     let nodes = u64::from(tree.node_count.min(tree.nodes.size / tree.format.bytes()));
     let entries = u64::from(tree.entry_count.min(tree.leaf_table.size / 4));
     let mut bus = Fused { memory, accesses_left: 2 * (nodes + entries), room: target.room };
-    let outcome = match random.below(6) {
+    let outcome = match random.below(7) {
         0 => {
             let mut seen = vec![0; scene.triangle_count.min(1 << 12).div_ceil(32) as usize];
             match quality::check(&mut bus, &scene, &mut seen) {
@@ -253,9 +254,20 @@ fn case(target: &Target, memory: &mut FlatMemory, random: &mut Random, rays: &[R
                 Err(error) => format!("compress: {}", first_word(&error)),
             }
         }
+        2 => {
+            let triangles = (scene.triangles, scene.triangle_count);
+            let mut sink = InPlace { nodes: target.room };
+            match refit(&mut bus, tree, triangles, &mut sink, &mut ()) {
+                Ok(refitted) => {
+                    assert_eq!(refitted.root.is_some(), tree.root.is_some());
+                    "refit: done".to_owned()
+                }
+                Err(error) => format!("refit: {}", first_word(&error)),
+            }
+        }
         n => {
             let ray = &rays[random.below(rays.len())];
-            let query = if n == 2 { Query::Any } else { Query::Closest };
+            let query = if n == 3 { Query::Any } else { Query::Closest };
             match trace(&mut bus, &scene, ray, query) {
                 Ok(Some(hit)) => {
                     assert!(hit.primitive.0 < scene.triangle_count);
@@ -313,6 +325,11 @@ fn corrupt_trees_give_an_answer_or_a_typed_error_in_bounded_work() {
         "trace: OutOfRegion",
         "compress: done",
         "compress: CorruptNode",
+        "refit: done",
+        "refit: CorruptNode",
+        "refit: CorruptLeaf",
+        "refit: InvalidPrimitive",
+        "refit: RegionFull",
         "check: well formed",
         "check: ChildOutside",
         "check: PrimitiveOutside",

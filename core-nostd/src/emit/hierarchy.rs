@@ -353,6 +353,7 @@ impl Emitter {
             && top.level <= pending.level
         {
             probe.emit_node();
+            probe.built_node([&top.subtree, &pending.subtree]);
             write(&top.subtree, &pending.subtree)?;
             let bounds = top.subtree.bounds.union(&pending.subtree.bounds);
             pending = top.over(&pending, bounds, self.nodes);

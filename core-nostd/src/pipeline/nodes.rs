@@ -52,6 +52,7 @@ impl<'a> NodePort<'a> {
         probe: &mut P,
     ) -> Result<NodeIndex, BuildError<B::Error>> {
         let index = NodeIndex(self.count);
+        probe.built_node(node.children.each_ref());
         match &mut self.writer {
             Writer::Exact(writer) => node.write(writer.reserve(bus)?),
             Writer::Quantized(compressor) => {

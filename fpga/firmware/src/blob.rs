@@ -23,15 +23,17 @@
 //! | 56     | most cells that it is built over, see [`CellConfig::capacity`]                |
 //! | 60     | Morton bits that cells differ in at first, see [`CellConfig::bits`]           |
 //! | 64     | largest leaf that neighbours are joined to in primitives, 0 for not at all    |
-//! | 68     | reserved, zero, 12 bytes                                                      |
-//! | 80     | triangles, 40 bytes each ([`Triangle::to_bytes`])                             |
+//! | 68     | frames of an animation, or 0 for a still scene                                |
+//! | 72     | when an animation rebuilds: 0 by drift, 1 by amortisation, see [`RebuildRule`] |
+//! | 76     | that rule's parameter, UQ16.16; both words are 0 for a still scene            |
+//! | 80     | triangles, 40 bytes each ([`Triangle::to_bytes`]); all of them in each frame  |
 //! | behind | rays, 40 bytes each ([`Ray::to_bytes`])                                       |
 //!
 //! The job's work space is the memory behind the blob, from the next multiple of 64 bytes on. The
 //! parser checks that every word has a meaning; whether the builder can work with its parameters is
 //! for the core to say.
 //!
-//! Version 2 has the words from byte 52 on; version 1 had none of them, and triangles from byte 64.
+//! Version 3 has animations; in version 2 the words from byte 68 on were reserved.
 
 use core::fmt;
 
@@ -40,6 +42,7 @@ use xylem_core::geom::{Ray, Triangle};
 use xylem_core::mem::{Bus, Region};
 use xylem_core::node::{MAX_LEAF_SIZE, NodeFormat, Quantization};
 use xylem_core::num::{Grid, MortonWidth};
+use xylem_core::refit::{Factor, RebuildRule};
 use xylem_core::sort::{RecordFormat, SortConfig};
 use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
 use xylem_core::traverse::Query;
@@ -68,10 +71,41 @@ pub struct Header {
     pub cells: CellConfig,
     /// Neighbouring leaves are joined up to this many primitives.
     pub join_leaves: u32,
-    /// How many triangles follow.
+    /// The triangles move, and how.
+    pub animation: Option<Animation>,
+    /// How many triangles there are, in each frame if they move.
     pub triangles: u32,
     /// How many rays follow those.
     pub rays: u32,
+}
+
+/// An animation: the same triangles in other places, frame after frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Animation {
+    /// How many frames there are, at least 1.
+    pub frames: u32,
+    /// When the tree is rebuilt rather than refitted.
+    pub rule: RebuildRule,
+}
+
+impl Animation {
+    const fn words(&self) -> [u32; 3] {
+        let (rule, parameter) = match self.rule {
+            RebuildRule::Drift(factor) => (0, factor),
+            RebuildRule::Amortised(price) => (1, price),
+        };
+        [self.frames, rule, parameter.to_bits()]
+    }
+
+    const fn from_words([frames, rule, parameter]: [u32; 3]) -> Option<Self> {
+        let parameter = Factor::from_bits(parameter);
+        let rule = match rule {
+            0 => RebuildRule::Drift(parameter),
+            1 => RebuildRule::Amortised(parameter),
+            _ => return None,
+        };
+        Some(Self { frames, rule })
+    }
 }
 
 /// A word of the configuration that does not accept every value.
@@ -93,6 +127,8 @@ pub enum Setting {
     MaxLeafSize,
     /// The top of the tree.
     TopLevel,
+    /// When an animation rebuilds.
+    Rule,
 }
 
 impl Setting {
@@ -106,6 +142,7 @@ impl Setting {
             Self::Record => ("the sorter's record", "0 to 2"),
             Self::MaxLeafSize => ("the largest leaf", "1 to 255"),
             Self::TopLevel => ("the top of the tree", "0 to 5"),
+            Self::Rule => ("the rule for rebuilding", "0 or 1"),
         }
     }
 }
@@ -183,7 +220,7 @@ impl<E: fmt::Debug> core::error::Error for BlobError<E> {}
 pub struct Blob {
     /// The head.
     pub header: Header,
-    /// The triangle records.
+    /// The triangle records of the first frame, or of the still scene.
     pub triangles: Region,
     /// The ray records.
     pub rays: Region,
@@ -199,10 +236,11 @@ impl Header {
     pub const MAGIC: u32 = u32::from_le_bytes(*b"XYLB");
 
     /// The version of the format that this module describes.
-    pub const VERSION: u32 = 2;
+    pub const VERSION: u32 = 3;
 
     /// The header's bytes.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
+        let [frames, rule, parameter] = self.animation.map_or([0; 3], |a| a.words());
         let words = [
             Self::MAGIC,
             Self::VERSION,
@@ -221,6 +259,9 @@ impl Header {
             self.cells.capacity,
             self.cells.bits,
             self.join_leaves,
+            frames,
+            rule,
+            parameter,
         ];
         let mut bytes = [0; Self::BYTES];
         for (chunk, word) in bytes.chunks_exact_mut(4).zip(words) {
@@ -243,7 +284,8 @@ impl Header {
         if word(1) != Self::VERSION {
             return Err(BlobError::Version { found: word(1) });
         }
-        let unknown = (word(2) & !1) | word(17) | word(18) | word(19);
+        let unused = if word(17) == 0 { word(18) | word(19) } else { 0 };
+        let unknown = (word(2) & !1) | unused;
         if unknown != 0 {
             return Err(BlobError::Reserved { found: unknown });
         }
@@ -253,6 +295,13 @@ impl Header {
             30 => MortonWidth::Bits30,
             63 => MortonWidth::Bits63,
             _ => return Err(bad(Setting::MortonBits, 4)),
+        };
+        let animation = match word(17) {
+            0 => None,
+            frames => {
+                let animation = Animation::from_words([frames, word(18), word(19)]);
+                Some(animation.ok_or(bad(Setting::Rule, 18))?)
+            }
         };
         if word(10) == 0 || word(10) > MAX_LEAF_SIZE {
             return Err(bad(Setting::MaxLeafSize, 10));
@@ -273,6 +322,7 @@ impl Header {
             top_level: of_code(&TOP_LEVELS, word(13)).ok_or(bad(Setting::TopLevel, 13))?,
             cells: CellConfig { capacity: word(14), bits: word(15) },
             join_leaves: word(16),
+            animation,
             triangles: word(11),
             rays: word(12),
         })
@@ -280,7 +330,9 @@ impl Header {
 
     /// Bytes of the whole blob, or `None` past 32 bits.
     pub fn blob_bytes(&self) -> Option<u32> {
-        let triangles = self.triangles.checked_mul(Triangle::BYTES as u32)?;
+        let frames = self.animation.map_or(1, |animation| animation.frames);
+        let frame = self.triangles.checked_mul(Triangle::BYTES as u32)?;
+        let triangles = frame.checked_mul(frames)?;
         let rays = self.rays.checked_mul(Ray::BYTES as u32)?;
         (Self::BYTES as u32).checked_add(triangles)?.checked_add(rays)
     }
@@ -336,21 +388,30 @@ impl Blob {
         let start = start.ok_or(BlobError::TooLarge { needed: Header::BYTES as u32, size })?;
         bus.read(start, &mut bytes).map_err(BlobError::Bus)?;
         let header = Header::from_bytes(&bytes)?;
-        let needed = header.blob_bytes().unwrap_or(u32::MAX);
-        if needed > size {
-            return Err(BlobError::TooLarge { needed, size });
-        }
+        let bytes = header.blob_bytes();
+        let too_large = BlobError::TooLarge { needed: bytes.unwrap_or(u32::MAX), size };
+        let needed = bytes.filter(|bytes| *bytes <= size).ok_or(too_large)?;
         // Nothing below overflows: every sum is at most `needed`, or is clamped to `size`.
         let triangles_at = Header::BYTES as u32;
-        let rays_at = triangles_at + header.triangles * Triangle::BYTES as u32;
+        let frame = header.triangles * Triangle::BYTES as u32;
+        let frames = header.animation.map_or(1, |animation| animation.frames);
+        let rays_at = triangles_at + frames * frame;
         let work_at = needed.checked_next_multiple_of(64).unwrap_or(size).min(size);
         let piece = |from: u32, to: u32| Region::new(memory.base.0 + from, to - from);
         Ok(Self {
             header,
-            triangles: piece(triangles_at, rays_at),
+            triangles: piece(triangles_at, triangles_at + frame),
             rays: piece(rays_at, needed),
             work: piece(work_at, size),
         })
+    }
+
+    /// The triangle records of frame `index`, or `None` if there are not as many frames.
+    pub fn frame(&self, index: u32) -> Option<Region> {
+        let frames = self.header.animation.map_or(1, |animation| animation.frames);
+        let Region { base, size } = self.triangles;
+        // All frames are inside the blob, which ends below 2^32.
+        (index < frames).then(|| Region::new(base.0 + index * size, size))
     }
 }
 
@@ -376,6 +437,7 @@ mod tests {
         top_level: TopLevel::Binned(EIGHT),
         cells: CellConfig { capacity: 100, bits: 12 },
         join_leaves: 3,
+        animation: None,
         triangles: 2,
         rays: 3,
     };
@@ -430,7 +492,7 @@ mod tests {
         assert_eq!(with(1, 9), Err(BlobError::Version { found: 9 }));
         assert_eq!(with(2, 0), Ok(Header { machine_traps: false, ..HEADER }));
         assert_eq!(with(2, 2), Err(BlobError::Reserved { found: 2 }));
-        for reserved in [17, 18, 19] {
+        for reserved in [18, 19] {
             assert_eq!(with(reserved, 1), Err(BlobError::Reserved { found: 1 }));
         }
         for (word, value, setting) in [
@@ -446,6 +508,28 @@ mod tests {
         ] {
             assert_eq!(with(word, value), Err(BlobError::Setting { setting, found: value }));
         }
+    }
+
+    #[test]
+    fn frames_follow_one_another_and_rays_follow_the_last() {
+        for rule in [RebuildRule::default(), RebuildRule::Amortised(Factor::from_bits(u32::MAX))] {
+            let animation = Some(Animation { frames: 3, rule });
+            let blob = parse(Header { animation, ..HEADER }.to_bytes(), 1000).unwrap();
+            assert_eq!(blob.header.animation, animation);
+            assert_eq!(blob.frame(0), Some(Region::new(0x150, 80)));
+            assert_eq!(blob.frame(2), Some(Region::new(0x150 + 160, 80)));
+            assert_eq!(blob.frame(3), None);
+            assert_eq!(blob.rays, Region::new(0x150 + 240, 120));
+            let error = BlobError::TooLarge { needed: 440, size: 439 };
+            assert_eq!(parse(Header { animation, ..HEADER }.to_bytes(), 439), Err(error));
+        }
+        let still = parse(HEADER.to_bytes(), 1000).unwrap();
+        assert_eq!((still.frame(0), still.frame(1)), (Some(still.triangles), None));
+        let mut bytes = HEADER.to_bytes();
+        bytes[68] = 1;
+        bytes[72] = 2;
+        let error = BlobError::Setting { setting: Setting::Rule, found: 2 };
+        assert_eq!(parse(bytes, 1000), Err(error));
     }
 
     #[test]

@@ -7,17 +7,20 @@ use xylem_core::emit::Cell;
 use xylem_core::error::BuildError;
 use xylem_core::geom::{Ray, RayError};
 use xylem_core::mem::{Bus, Region};
-use xylem_core::node::{NodeFormat, Quantization};
-use xylem_core::pipeline::{self, BuildConfig, TreeStorage};
+use xylem_core::node::{NodeFormat, Quantization, Tree};
+use xylem_core::pipeline::{self, BuildConfig, BuildRegions, TreeStorage};
 use xylem_core::probe::{Probe, Stage};
 use xylem_core::sort::{InputFormat, SortBuffers, Workspace};
 use xylem_core::toplevel::{TopNode, TopStorage};
 use xylem_core::traverse::{self, Hit, Scene, TraceError};
 
+use crate::animation::{self, FrameReport};
 use crate::blob::{Blob, BlobError, Header};
 use crate::digest;
 use crate::layout::Layout;
-use crate::report::{OutputDigest, Report, STAGES};
+use crate::report::{OUTPUTS, OutputDigest, Report};
+use crate::stages::StageCycles;
+pub use crate::stages::{Clock, NoClock};
 
 /// The most cells that the top of a tree can be built over here: as many as the sorter has records,
 /// which is P2's proportion.
@@ -56,22 +59,6 @@ impl Default for Buffers {
     }
 }
 
-/// A cycle counter.
-pub trait Clock {
-    /// Cycles since some fixed moment.
-    fn cycles(&mut self) -> u64;
-}
-
-/// The clock of a machine without one: it stands still, and every stage takes 0 cycles.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NoClock;
-
-impl Clock for NoClock {
-    fn cycles(&mut self) -> u64 {
-        0
-    }
-}
-
 /// Why the job stopped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(target_arch = "riscv32", derive(defmt::Format))]
@@ -86,7 +73,7 @@ pub enum JobError<E> {
         /// Bytes that there are.
         size: u32,
     },
-    /// The tree could not be built or compressed.
+    /// The tree could not be built, refitted or compressed.
     Build(BuildError<E>),
     /// A ray record is not a ray.
     Ray {
@@ -124,7 +111,9 @@ impl<E: fmt::Debug> fmt::Display for JobError<E> {
 
 impl<E: fmt::Debug> core::error::Error for JobError<E> {}
 
-/// Builds, compresses and traces the scene blob at the start of `memory`, and digests every output.
+/// Builds, compresses and traces the scene blob at the start of `memory`, and digests every output. If
+/// the scene is animated, does it frame by frame, see [`animation`], and tells
+/// `observer` of each.
 ///
 /// Outputs go to the memory behind the blob, see [`Layout`], and stay there.
 ///
@@ -135,51 +124,136 @@ pub fn run<B: Bus, C: Clock>(
     memory: Region,
     buffers: &mut Buffers,
     clock: &mut C,
+    observer: &mut impl FnMut(&FrameReport),
 ) -> Result<Report, JobError<B::Error>> {
-    let blob = Blob::parse(bus, memory).map_err(JobError::Blob)?;
-    let config = build_config(&blob.header);
-    let (workspace, top) = &mut buffers.parts();
-    // The layout divides by these.
-    let checked = config.sort.check().and_then(|()| config.sort.check_storage(workspace));
-    checked.map_err(|error| JobError::Build(error.into()))?;
-    let layout = Layout::new(&blob, &config)
-        .map_err(|needed| JobError::WorkSpace { needed, size: blob.work.size })?;
-    let count = blob.header.triangles;
+    let plan = Plan::new(bus, memory, buffers)?;
     let mut stages = StageCycles::new(clock);
-
-    let built =
-        pipeline::build_with(bus, &config, &layout.build, count, workspace, top, &mut stages);
-    let exact = built.map_err(JobError::Build)?;
-    stages.stage(Stage::Compress);
-    let quantization = match blob.header.format {
-        // The blob's header has no name for shared planes.
-        NodeFormat::Bvh2 | NodeFormat::Shared(_) => Quantization::RELATIVE,
-        NodeFormat::Quantized(quantization) => quantization,
-    };
-    let quantized =
-        compress_top_down(bus, &exact, layout.quantized_nodes, &quantization, &mut stages)
-            .map_err(JobError::Build)?;
-
-    stages.stage(Stage::Trace);
-    let tree = if blob.header.format == NodeFormat::Bvh2 { exact } else { quantized };
-    let scene = Scene { tree, triangles: blob.triangles, triangle_count: count };
-    let hits = trace(bus, &blob, &scene, layout.hits)?;
-
-    let mut report = Report {
-        primitives: count,
-        leaves: exact.leaf_count,
-        nodes: exact.node_count,
-        cells: stages.cells,
-        rays: blob.header.rays,
-        hits,
-        cycles: stages.finish(),
-        ..Report::default()
-    };
-    for (output, region) in report.outputs.iter_mut().zip(layout.outputs(&exact)) {
-        let crc = digest::of_region(bus, region).map_err(JobError::Bus)?;
-        *output = OutputDigest { bytes: region.size, crc };
+    if let Some(animation) = plan.blob.header.animation {
+        return animation::run(bus, &plan, &animation, buffers, &mut stages, observer);
     }
-    Ok(report)
+    let exact = plan.build(bus, plan.blob.triangles, buffers, &mut stages)?;
+    let quantized = plan.compress(bus, &exact, &mut stages)?;
+    let tree = if plan.blob.header.format == NodeFormat::Bvh2 { exact } else { quantized };
+    let hits = plan.trace(bus, &tree, plan.blob.triangles, &mut stages)?;
+    let cycles = stages.take();
+    let outputs = plan.digest(bus, plan.layout.outputs(&exact))?;
+    Ok(Report { hits, cycles, outputs, ..plan.report(&exact, stages.cells) })
+}
+
+/// What is to be done, and where.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plan {
+    pub blob: Blob,
+    pub layout: Layout,
+    config: BuildConfig,
+}
+
+impl Plan {
+    fn new<B: Bus>(
+        bus: &mut B,
+        memory: Region,
+        buffers: &mut Buffers,
+    ) -> Result<Self, JobError<B::Error>> {
+        let blob = Blob::parse(bus, memory).map_err(JobError::Blob)?;
+        let config = build_config(&blob.header);
+        let (workspace, _) = buffers.parts();
+        // The layout divides by these.
+        let checked = config.sort.check().and_then(|()| config.sort.check_storage(&workspace));
+        checked.map_err(|error| JobError::Build(error.into()))?;
+        let layout = Layout::new(&blob, &config)
+            .map_err(|needed| JobError::WorkSpace { needed, size: blob.work.size })?;
+        Ok(Self { blob, layout, config })
+    }
+
+    /// Builds the tree of 64-byte nodes over `triangles`.
+    pub fn build<B: Bus, C: Clock>(
+        &self,
+        bus: &mut B,
+        triangles: Region,
+        buffers: &mut Buffers,
+        stages: &mut StageCycles<'_, C>,
+    ) -> Result<Tree, JobError<B::Error>> {
+        let (workspace, top) = &mut buffers.parts();
+        let regions = BuildRegions { primitives: triangles, ..self.layout.build };
+        let count = self.blob.header.triangles;
+        stages.cells = 0;
+        pipeline::build_with(bus, &self.config, &regions, count, workspace, top, stages)
+            .map_err(JobError::Build)
+    }
+
+    /// Writes the quantized nodes of a tree.
+    pub fn compress<B: Bus, C: Clock>(
+        &self,
+        bus: &mut B,
+        exact: &Tree,
+        stages: &mut StageCycles<'_, C>,
+    ) -> Result<Tree, JobError<B::Error>> {
+        stages.stage(Stage::Compress);
+        let quantization = match self.blob.header.format {
+            NodeFormat::Quantized(quantization) => quantization,
+            // The blob's header has no name for shared planes.
+            NodeFormat::Bvh2 | NodeFormat::Shared(_) => Quantization::RELATIVE,
+        };
+        compress_top_down(bus, exact, self.layout.quantized_nodes, &quantization, stages)
+            .map_err(JobError::Build)
+    }
+
+    /// Traces all rays of the blob and writes their hit records; returns how many hit.
+    pub fn trace<B: Bus, C: Clock>(
+        &self,
+        bus: &mut B,
+        tree: &Tree,
+        triangles: Region,
+        stages: &mut StageCycles<'_, C>,
+    ) -> Result<u32, JobError<B::Error>> {
+        stages.stage(Stage::Trace);
+        let Header { triangles: triangle_count, rays, query, .. } = self.blob.header;
+        let scene = Scene { tree: *tree, triangles, triangle_count };
+        let mut count = 0;
+        for index in 0..rays {
+            // Both regions were made for this many records.
+            let (Some(from), Some(to)) = (
+                self.blob.rays.record(index, Ray::BYTES as u32),
+                self.layout.hits.record(index, Hit::BYTES as u32),
+            ) else {
+                break;
+            };
+            let mut bytes = [0; Ray::BYTES];
+            bus.read(from, &mut bytes).map_err(JobError::Bus)?;
+            let ray = Ray::from_bytes(&bytes).map_err(|error| JobError::Ray { index, error })?;
+            let hit = traverse::trace(bus, &scene, &ray, query, &mut ())
+                .map_err(|error| JobError::Trace { index, error })?;
+            count += u32::from(hit.is_some());
+            bus.write(to, &Hit::to_bytes(hit.as_ref())).map_err(JobError::Bus)?;
+        }
+        Ok(count)
+    }
+
+    /// Digests the outputs where they are.
+    pub fn digest<B: Bus>(
+        &self,
+        bus: &mut B,
+        regions: [Region; OUTPUTS.len()],
+    ) -> Result<[OutputDigest; OUTPUTS.len()], JobError<B::Error>> {
+        let mut outputs = [OutputDigest::default(); OUTPUTS.len()];
+        for (output, region) in outputs.iter_mut().zip(regions) {
+            let crc = digest::of_region(bus, region).map_err(JobError::Bus)?;
+            *output = OutputDigest { bytes: region.size, crc };
+        }
+        Ok(outputs)
+    }
+
+    /// A report with the counts of a tree.
+    pub fn report(&self, tree: &Tree, cells: u32) -> Report {
+        Report {
+            primitives: self.blob.header.triangles,
+            leaves: tree.leaf_count,
+            nodes: tree.node_count,
+            cells,
+            rays: self.blob.header.rays,
+            ..Report::default()
+        }
+    }
 }
 
 /// The builder's configuration that a blob asks for.
@@ -194,105 +268,5 @@ fn build_config(header: &Header) -> BuildConfig {
         top_level: header.top_level,
         cells: header.cells,
         ..BuildConfig::default()
-    }
-}
-
-/// Traces all rays of the blob and writes their hit records; returns how many hit.
-fn trace<B: Bus>(
-    bus: &mut B,
-    blob: &Blob,
-    scene: &Scene,
-    hits: Region,
-) -> Result<u32, JobError<B::Error>> {
-    let mut count = 0;
-    for index in 0..blob.header.rays {
-        // Both regions were made for this many records.
-        let (Some(from), Some(to)) =
-            (blob.rays.record(index, Ray::BYTES as u32), hits.record(index, Hit::BYTES as u32))
-        else {
-            break;
-        };
-        let mut bytes = [0; Ray::BYTES];
-        bus.read(from, &mut bytes).map_err(JobError::Bus)?;
-        let ray = Ray::from_bytes(&bytes).map_err(|error| JobError::Ray { index, error })?;
-        let hit = traverse::trace(bus, scene, &ray, blob.header.query, &mut ())
-            .map_err(|error| JobError::Trace { index, error })?;
-        count += u32::from(hit.is_some());
-        bus.write(to, &Hit::to_bytes(hit.as_ref())).map_err(JobError::Bus)?;
-    }
-    Ok(count)
-}
-
-/// Adds up the cycles of each stage as stages begin and resume, and counts cells.
-///
-/// Every change of stage reads the clock, which takes its own few cycles (some 60 on PicoRV32);
-/// they count for the stages around it. Merging and emission alternate with every primitive.
-struct StageCycles<'a, C> {
-    clock: &'a mut C,
-    since: u64,
-    current: Option<Stage>,
-    cycles: [u64; STAGES.len()],
-    cells: u32,
-}
-
-impl<'a, C: Clock> StageCycles<'a, C> {
-    fn new(clock: &'a mut C) -> Self {
-        let since = clock.cycles();
-        Self { clock, since, current: None, cycles: [0; STAGES.len()], cells: 0 }
-    }
-
-    /// Ends the stage under way.
-    fn lap(&mut self) {
-        let now = self.clock.cycles();
-        let slot = self.current.and_then(|stage| STAGES.iter().position(|s| *s == stage));
-        if let Some(cycles) = slot.and_then(|slot| self.cycles.get_mut(slot)) {
-            *cycles += now.wrapping_sub(self.since);
-        }
-        self.since = now;
-    }
-
-    fn finish(mut self) -> [u64; STAGES.len()] {
-        self.lap();
-        self.cycles
-    }
-}
-
-impl<C: Clock> Probe for StageCycles<'_, C> {
-    fn stage(&mut self, stage: Stage) {
-        self.lap();
-        self.current = Some(stage);
-    }
-
-    fn top_cell(&mut self) {
-        self.cells += 1;
-    }
-
-    fn top_coarsen(&mut self, cells: usize) {
-        // They come out anew, and fewer.
-        self.cells = self.cells.saturating_sub(cells as u32);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    struct Ticks(u64);
-
-    impl Clock for Ticks {
-        fn cycles(&mut self) -> u64 {
-            self.0 += 10;
-            self.0
-        }
-    }
-
-    #[test]
-    fn cycles_are_filed_by_stage_and_time_before_the_first_is_nobody_s() {
-        let mut clock = Ticks(0);
-        let mut stages = StageCycles::new(&mut clock);
-        for stage in [Stage::PartialSort, Stage::Merge, Stage::Emit, Stage::Merge, Stage::Trace] {
-            stages.stage(stage);
-        }
-        assert_eq!(stages.finish(), [10, 20, 10, 0, 0, 10]);
     }
 }

@@ -95,6 +95,7 @@ mod tests {
             top_level: TopLevel::None,
             cells: CellConfig::default(),
             join_leaves: 0,
+            animation: None,
             triangles,
             rays,
         };

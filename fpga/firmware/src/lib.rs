@@ -6,14 +6,17 @@
 //!
 //! - [`map`]: where things are in the soft core's address space.
 //! - [`blob`]: the scene as the host lays it down in memory.
-//! - [`job`]: the work itself; [`layout`]: where it puts its outputs.
+//! - [`job`]: the work itself; [`animation`]: the same for triangles that move; [`layout`]: where they
+//!   put their outputs.
 //! - [`report`]: what it found, in numbers, and the bytes that carry them to the host.
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod animation;
 pub mod blob;
 pub mod digest;
 pub mod job;
 pub mod layout;
 pub mod map;
 pub mod report;
+mod stages;

@@ -1,8 +1,9 @@
 //! The soft core's program: it runs the job on the scene blob in external memory, logs over the
 //! UART and powers off.
 //!
-//! The last log line of a successful run is `report` with the bytes of the
-//! [report](xylem_firmware::report). Exit codes: 1 the job failed, 2 a panic, 3 a trap.
+//! Each frame of an animation leaves a line `frame` with the bytes of its
+//! [report](xylem_firmware::animation::FrameReport); the last line of a successful run is `report` with
+//! those of the [whole](xylem_firmware::report). Exit codes: 1 the job failed, 2 a panic, 3 a trap.
 #![cfg_attr(target_arch = "riscv32", no_std, no_main)]
 #![deny(unsafe_code)]
 
@@ -13,6 +14,7 @@ mod machine;
 mod program {
     use core::panic::PanicInfo;
 
+    use xylem_firmware::animation::FrameReport;
     use xylem_firmware::report::{OUTPUTS, STAGES};
     use xylem_firmware::{blob::Blob, job, job::Buffers, map};
 
@@ -26,7 +28,10 @@ mod program {
             machine::catch_traps();
         }
         defmt::info!("xylem firmware {=str}", env!("CARGO_PKG_VERSION"));
-        match job::run(&mut memory, map::EXTERNAL, buffers, &mut CycleCounter) {
+        let mut observer = |frame: &FrameReport| {
+            defmt::println!("frame {=[u8]:02x}", frame.to_bytes());
+        };
+        match job::run(&mut memory, map::EXTERNAL, buffers, &mut CycleCounter, &mut observer) {
             Ok(report) => {
                 defmt::info!(
                     "{=u32} primitives, {=u32} leaves, {=u32} nodes, {=u32} cells, {=u32} rays, \

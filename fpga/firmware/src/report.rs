@@ -7,8 +7,15 @@ use xylem_core::traverse::Hit;
 use crate::digest::Running;
 
 /// The stages whose cycles are counted, in order.
-pub const STAGES: [Stage; 6] =
-    [Stage::PartialSort, Stage::Merge, Stage::Emit, Stage::TopLevel, Stage::Compress, Stage::Trace];
+pub const STAGES: [Stage; 7] = [
+    Stage::PartialSort,
+    Stage::Merge,
+    Stage::Emit,
+    Stage::TopLevel,
+    Stage::Compress,
+    Stage::Refit,
+    Stage::Trace,
+];
 
 /// The outputs that are digested, in order.
 pub const OUTPUTS: [Output; 4] =
@@ -49,7 +56,8 @@ pub struct OutputDigest {
     pub crc: u32,
 }
 
-/// What one run of the job did.
+/// What one run of the job did; of an animation, the counts but rays and hits and the outputs are those of
+/// the last frame, and the rest is the sum over all.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Report {
     /// Triangles in the scene.

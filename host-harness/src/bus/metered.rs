@@ -217,8 +217,15 @@ pub struct Metered<'a, B> {
     tallies: Vec<Tally>,
 }
 
-const STAGES: [Stage; 6] =
-    [Stage::PartialSort, Stage::Merge, Stage::Emit, Stage::TopLevel, Stage::Compress, Stage::Trace];
+const STAGES: [Stage; 7] = [
+    Stage::PartialSort,
+    Stage::Merge,
+    Stage::Emit,
+    Stage::TopLevel,
+    Stage::Compress,
+    Stage::Refit,
+    Stage::Trace,
+];
 
 impl<'a, B: Bus> Metered<'a, B> {
     /// A bus on `inner`; `regions` must not overlap.

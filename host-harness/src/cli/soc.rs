@@ -7,22 +7,30 @@ use clap::ValueEnum;
 use xylem_core::emit::{CellConfig, EmitterKind};
 use xylem_core::geom::Ray;
 use xylem_core::pipeline::BuildConfig;
+use xylem_core::refit::{Factor, RebuildRule};
 use xylem_firmware::job::MAX_CELLS;
 
-use super::options::{QueryArg, TreeArgs};
+use super::options::{self, QueryArg, TreeArgs};
 use super::render::{Size, Up, camera};
 use super::{CliError, Console, build, progress};
 use crate::bus::{MEMORIES, MemoryTiming};
 use crate::report::SocReport;
 use crate::scene::rays::{RayFileError, read_rays};
-use crate::scene::{GridRay, SceneRay, convert};
-use crate::soc::{self, Engine, Options, SceneBlob, firmware_elf, run_on_host};
+use crate::scene::{Animation, GridRay, LoadOptions, Mesh, Movement, SceneRay, convert};
+use crate::soc::{
+    self, Engine, FrameReport, Motion, OUTPUTS, Options, Output, SceneBlob, firmware_elf,
+    run_on_host,
+};
 
 /// Run the firmware on a RISC-V soft core
 ///
 /// The same Rust that runs on the host, built for riscv32imc: it finds the scene and the rays in
 /// memory, builds, compresses and traces, and logs a digest of every output. The command compares
 /// the digest with the host's and prints cycles per primitive and per ray.
+///
+/// With --animate the triangles move. Every frame lies in the core's memory; the firmware refits the
+/// tree or builds it anew, by the SAH cost that the refit measures, and traces the same rays. The
+/// command also compares the hits of every frame with those of a tree built for it.
 ///
 /// Cycles depend on the engine: sim models the core's cycles, qemu counts instructions, picorv32 is
 /// the core's RTL under Verilator.
@@ -31,7 +39,8 @@ use crate::soc::{self, Engine, Options, SceneBlob, firmware_elf, run_on_host};
     xylem soc cornell\n  \
     xylem soc terrain:6 --engine qemu --format cbvh --json\n  \
     xylem soc bunny.obj.gz --rays primary.rays --memory slow\n  \
-    xylem soc terrain:6 --top-level binned --bins 8 --cells 512\n\n\
+    xylem soc terrain:6 --top-level binned --bins 8 --cells 512\n  \
+    xylem soc flag:cells=24 --animate 64 --rebuild-at 1.2\n\n\
     The firmware is built by `tests/firmware.sh build`; XYLEM_FIRMWARE names another ELF file.")]
 pub(super) struct Args {
     #[command(flatten)]
@@ -51,6 +60,22 @@ pub(super) struct Args {
     /// What the rays are asked
     #[arg(long, value_enum, default_value_t = QueryArg::Closest)]
     query: QueryArg,
+    /// Move the triangles through N frames, at most 1024, and refit or rebuild the tree in each
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    animate: Option<u32>,
+    /// With --animate: the scene where it moves to, with the same triangles; several are passed
+    /// through in turn [default: the scene is twisted]
+    #[arg(long, value_name = "SCENE", requires = "animate")]
+    key: Vec<String>,
+    /// With --animate: rebuild when the SAH cost has grown by this factor since the last time
+    /// [default: 1.3]
+    #[arg(long, value_name = "FACTOR", requires = "animate", value_parser = factor)]
+    rebuild_at: Option<Factor>,
+    /// With --animate: rebuild when that is cheaper in the long run, where a rebuild costs as much more
+    /// than a refit as tracing a frame's rays costs at this SAH cost
+    #[arg(long, value_name = "COST", conflicts_with = "rebuild_at", requires = "animate",
+          value_parser = factor)]
+    rebuild_price: Option<Factor>,
     /// External memory of the simulated core (sim only), see `xylem build --help`
     #[arg(long, default_value = "ideal", value_parser = build::memory_names())]
     memory: String,
@@ -99,6 +124,52 @@ fn cells(args: &TreeArgs, config: &BuildConfig) -> Result<CellConfig, CliError> 
     Ok(CellConfig { capacity, ..config.cells })
 }
 
+/// A number from 0 to 65535 with 16 binary places.
+fn factor(text: &str) -> Result<Factor, String> {
+    let range = 0.0..f64::from(1u32 << 16);
+    let number = text.parse::<f64>().ok().filter(|number| range.contains(number));
+    number.map(Factor::from_num).ok_or_else(|| "write a number from 0 to 65535".into())
+}
+
+impl Args {
+    /// The scene, or the frames of its animation.
+    fn load(&self) -> Result<Animation, CliError> {
+        let mesh = self.tree.load()?;
+        let Some(frames) = self.animate else { return Ok(Animation { frames: vec![mesh] }) };
+        let grid = mesh.frame.grid();
+        let keys = self.key.iter().map(|key| options::load(key, grid));
+        let movement = match keys.collect::<Result<Vec<_>, _>>()? {
+            keys if keys.is_empty() => Movement::Twist,
+            keys => Movement::Keys(keys),
+        };
+        let options = LoadOptions { grid, frame: None };
+        Ok(Animation::new(&mesh, &movement, frames, &options)?)
+    }
+
+    /// The rule for rebuilding.
+    fn rule(&self) -> RebuildRule {
+        match (self.rebuild_at, self.rebuild_price) {
+            (_, Some(price)) => RebuildRule::Amortised(price),
+            (Some(factor), None) => RebuildRule::Drift(factor),
+            (None, None) => RebuildRule::default(),
+        }
+    }
+}
+
+/// The digest of the hits of each frame of an animation in a tree that is built for it, on the host.
+fn fresh_hits(blob: &SceneBlob, frames: &[Mesh]) -> Result<Vec<u32>, CliError> {
+    let hits = OUTPUTS.iter().position(|output| *output == Output::Hits);
+    let one = |mesh: &Mesh| {
+        let still =
+            SceneBlob { triangles: mesh.triangles.clone(), animation: None, ..blob.clone() };
+        let run = run_on_host(&still)?
+            .map_err(|source| CliError::Job { scene: mesh.name.clone(), source })?;
+        Ok(hits.map_or(0, |hits| run.report.outputs[hits].crc))
+    };
+    let animated = blob.animation.is_some();
+    frames.iter().filter(|_| animated).map(one).collect()
+}
+
 /// Runs the command.
 pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let tree = args.tree.build_options()?;
@@ -116,10 +187,11 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let elf = firmware_elf()?;
     let given = args.rays.as_ref().map(|path| Ok::<_, CliError>((path, read_rays(path)?)));
     let given = given.transpose()?;
-    let mesh = args.tree.load()?;
+    let animation = args.load()?;
+    let [mesh, later @ ..] = &animation.frames[..] else { return Ok(()) };
     let scene_rays: Vec<SceneRay> = match &given {
         Some((_, rays)) => rays.clone(),
-        None => camera(&mesh, args.up, args.size).rays(),
+        None => camera(mesh, args.up, args.size).rays(),
     };
     let grid_rays = convert::convert(&mesh.frame, &scene_rays).map_err(|source| {
         let path = given.map_or_else(PathBuf::new, |(path, _)| path.clone());
@@ -137,6 +209,10 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
         cells,
         join_leaves: tree.config.join_leaves,
         triangles: mesh.triangles.clone(),
+        animation: args.animate.map(|_| Motion {
+            later: later.iter().map(|mesh| mesh.triangles.clone()).collect(),
+            rule: args.rule(),
+        }),
         rays,
         ..SceneBlob::default()
     };
@@ -147,14 +223,26 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
     let outcome = soc::run(engine, &elf, &blob, &options)?;
     spinner.finish_and_clear();
 
-    let report = SocReport::new(&mesh.name, &blob, &outcome, &host);
+    let fresh = fresh_hits(&blob, &animation.frames)?;
+    let report = SocReport::new(&mesh.name, &blob, &outcome, &host.report, &fresh);
     console.result(&report, || report.to_string())?;
-    if report.digest == report.host_digest {
+    let unlike =
+        |(a, b): (&FrameReport, &FrameReport)| FrameReport { cycles: b.cycles, ..*a } != *b;
+    let frames = outcome.frames.iter().zip(&host.frames).position(unlike);
+    let what = if report.digest != report.host_digest {
+        format!("the digest on {engine} is {}, on the host {}", report.digest, report.host_digest)
+    } else if let Some(frame) = frames {
+        format!("frame {frame} on {engine} is another than on the host")
+    } else if outcome.frames.len() != host.frames.len() {
+        format!("{} frames on {engine}, {} on the host", outcome.frames.len(), host.frames.len())
+    } else if let Some(frame) = report.frames.iter().find(|frame| !frame.fresh_hits_equal) {
+        format!("frame {}: the hits are not those of a fresh tree", frame.frame)
+    } else {
         return Ok(());
-    }
+    };
     Err(CliError::Mismatch(format!(
-        "{}: the digest on {engine} is {}, on the host {} (a defect; rebuild the firmware with \
-         `tests/firmware.sh build`, and please report it if they still differ)",
-        mesh.name, report.digest, report.host_digest
+        "{}: {what} (a defect; rebuild the firmware with `tests/firmware.sh build`, and please report \
+         it if they still differ)",
+        mesh.name
     )))
 }

@@ -223,6 +223,7 @@ pub const fn stage_name(stage: Stage) -> &'static str {
         Stage::Emit => "emit",
         Stage::TopLevel => "top_level",
         Stage::Compress => "compress",
+        Stage::Refit => "refit",
         Stage::Trace => "trace",
     }
 }

@@ -30,7 +30,7 @@ pub use heat::HeatMap;
 pub use picture::{LETTER, Picture};
 pub use reproduce::ReproduceReport;
 pub use shade::Shading;
-pub use soc::{SocOutput, SocReport, SocStage};
+pub use soc::{SocFrame, SocOutput, SocReport, SocStage};
 pub use summary::{Pictures, RaySetReport, Summary, TreeReport};
 pub use table::Table;
 pub use trace::{MethodReport, MultipliersReport, TraceReport};

@@ -4,11 +4,12 @@ use std::fmt;
 
 use serde::Serialize;
 use xylem_core::probe::Stage;
+use xylem_core::refit::Update;
 use xylem_core::toplevel::TopLevel;
 
 use super::build::{bins_of, top_name};
 use super::{BuildReport, Table, stage_name, units};
-use crate::soc::{OUTPUTS, Outcome, Report, STAGES, SceneBlob};
+use crate::soc::{FrameReport, OUTPUTS, Outcome, Report, STAGES, SceneBlob};
 
 /// The numbers of a run on the soft core, as `xylem soc --json` prints them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -62,6 +63,9 @@ pub struct SocReport {
     pub digest: String,
     /// The same of the same job on the host.
     pub host_digest: String,
+    /// What was done in each frame of an animation.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub frames: Vec<SocFrame>,
     /// How long the engine ran on this machine, in milliseconds: measured.
     pub host_ms: f64,
     /// The firmware's log.
@@ -75,7 +79,7 @@ pub struct SocStage {
     pub stage: &'static str,
     /// Cycles.
     pub cycles: u64,
-    /// Cycles for each primitive, in the stages of a build.
+    /// Cycles for each primitive of each frame, in all stages but the last.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cycles_per_primitive: Option<f64>,
     /// Cycles for each ray, in the last stage.
@@ -94,19 +98,88 @@ pub struct SocOutput {
     pub crc32: String,
 }
 
+/// A frame of an animation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SocFrame {
+    /// Its number, from 0.
+    pub frame: u32,
+    /// What was done: `refit` or `rebuild`.
+    pub update: &'static str,
+    /// The SAH cost of the tree that was there, refitted; none in the first frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sah_refitted: Option<f64>,
+    /// The SAH cost of the tree that rays were traced through.
+    pub sah: f64,
+    /// Rays that hit a triangle.
+    pub hits: u32,
+    /// The CRC-32 of all hits, in hexadecimal.
+    pub hits_crc32: String,
+    /// Whether the same rays hit the same in a tree that was built for this frame.
+    pub fresh_hits_equal: bool,
+    /// Cycles of the refit.
+    pub refit_cycles: u64,
+    /// Cycles of the build, if there was one.
+    pub build_cycles: u64,
+    /// Cycles of the compression.
+    pub compress_cycles: u64,
+    /// Cycles of tracing.
+    pub trace_cycles: u64,
+}
+
+impl SocFrame {
+    /// A frame; `fresh` is the digest of the hits of a tree that was built for it.
+    fn new(report: &FrameReport, fresh: u32) -> Self {
+        let cycles = |pick: &dyn Fn(Stage) -> bool| {
+            STAGES.iter().zip(report.cycles).filter(|(s, _)| pick(**s)).map(|(_, c)| c).sum()
+        };
+        let build = [Stage::PartialSort, Stage::Merge, Stage::Emit, Stage::TopLevel];
+        Self {
+            frame: report.frame,
+            update: match report.update {
+                Update::Refit => "refit",
+                Update::Rebuild => "rebuild",
+            },
+            sah_refitted: (report.frame > 0).then(|| report.refitted.to_num()),
+            sah: report.cost.to_num(),
+            hits: report.hits,
+            hits_crc32: format!("{:08x}", report.hits_crc),
+            fresh_hits_equal: report.hits_crc == fresh,
+            refit_cycles: cycles(&|s| s == Stage::Refit),
+            build_cycles: cycles(&|s| build.contains(&s)),
+            compress_cycles: cycles(&|s| s == Stage::Compress),
+            trace_cycles: cycles(&|s| s == Stage::Trace),
+        }
+    }
+}
+
 impl SocReport {
-    /// Collects the numbers of a run on `blob`; `host` is the report of the same job on the host.
-    pub fn new(scene: &str, blob: &SceneBlob, outcome: &Outcome, host: &Report) -> Self {
+    /// Collects the numbers of a run on `blob`; `host` is the report of the same job on the host, and `fresh`
+    /// has for each frame of an animation the digest of the hits of a tree that was built for it.
+    pub fn new(
+        scene: &str,
+        blob: &SceneBlob,
+        outcome: &Outcome,
+        host: &Report,
+        fresh: &[u32],
+    ) -> Self {
         let report = &outcome.report;
         let (format, coords) = BuildReport::format_words(blob.format);
         let top_level = blob.top_level != TopLevel::None;
-        let counted = |stage: &Stage| top_level || *stage != Stage::TopLevel;
+        let counted = |stage: &Stage| match stage {
+            Stage::TopLevel => top_level,
+            Stage::Refit => blob.animation.is_some(),
+            _ => true,
+        };
         let stage = |(stage, &cycles): (&Stage, &u64)| {
             let per = |of: u32, yes: bool| if yes { units::ratio(cycles, of.into()) } else { None };
+            let frames = outcome.frames.len().max(1) as u32;
             SocStage {
                 stage: stage_name(*stage),
                 cycles,
-                cycles_per_primitive: per(report.primitives, *stage != Stage::Trace),
+                cycles_per_primitive: per(
+                    report.primitives.saturating_mul(frames),
+                    *stage != Stage::Trace,
+                ),
                 cycles_per_ray: per(report.rays, *stage == Stage::Trace),
             }
         };
@@ -146,9 +219,51 @@ impl SocReport {
                 .collect(),
             digest: hex(report.digest()),
             host_digest: hex(host.digest()),
+            frames: outcome.frames.iter().zip(fresh).map(|(f, &c)| SocFrame::new(f, c)).collect(),
             host_ms: units::milliseconds(outcome.time),
             log: outcome.log.iter().map(ToString::to_string).collect(),
         }
+    }
+}
+
+impl SocReport {
+    /// The table of the frames and what they sum up to.
+    fn write_frames(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let n = |n: u64| if n == 0 { String::new() } else { units::count(n) };
+        let mut header = vec!["frame", "update", "SAH refitted", "SAH", "refit", "build"];
+        let compressed = self.frames.iter().any(|s| s.compress_cycles > 0);
+        header.extend(compressed.then_some("compress"));
+        header.extend(["trace", "hits"]);
+        let mut table = Table::new(header);
+        for s in &self.frames {
+            let mut row = vec![
+                s.frame.to_string(),
+                s.update.to_owned(),
+                s.sah_refitted.map_or(String::new(), |cost| format!("{cost:.2}")),
+                format!("{:.2}", s.sah),
+                n(s.refit_cycles),
+                n(s.build_cycles),
+            ];
+            row.extend(compressed.then(|| n(s.compress_cycles)));
+            let equal = if s.fresh_hits_equal { "=" } else { "DIFFERENT" };
+            row.extend([n(s.trace_cycles), format!("{} {equal}", s.hits)]);
+            table.row(row);
+        }
+        writeln!(f, "{table}  = the hits are those of a tree built for the frame\n")?;
+        let mean = |pick: fn(&SocFrame) -> u64| {
+            let some: Vec<u64> = self.frames.iter().map(pick).filter(|&c| c > 0).collect();
+            units::ratio(some.iter().sum(), some.len() as u64).map_or(0, |mean| mean as u64)
+        };
+        let (refit, build) = (mean(|s| s.refit_cycles), mean(|s| s.build_cycles));
+        let rebuilt = self.frames.iter().filter(|s| s.build_cycles > 0).count();
+        writeln!(
+            f,
+            "  built in {rebuilt} of {} frames; a refit takes {} {}, a build {}",
+            self.frames.len(),
+            units::count(refit),
+            self.cycles_are,
+            units::count(build)
+        )
     }
 }
 
@@ -185,6 +300,9 @@ impl fmt::Display for SocReport {
             ]);
         }
         writeln!(f, "{table}")?;
+        if !self.frames.is_empty() {
+            self.write_frames(f)?;
+        }
         let mut table = Table::new(["output", "bytes", "CRC-32"]);
         for o in &self.outputs {
             table.row([o.output.to_owned(), n(o.bytes.into()), o.crc32.clone()]);

@@ -1,9 +1,10 @@
-//! Whole runs of the core on simulated memory: lay out, build, compress, trace.
+//! Whole runs of the core on simulated memory: lay out, build, compress, refit, trace.
 
 mod build;
 mod clocked;
 mod layout;
 mod reference;
+mod refit;
 mod trace;
 mod watch;
 
@@ -11,4 +12,5 @@ pub use build::{Buffers, BuildOptions, BuildRun, RunError, build, check, job, lo
 pub use clocked::{ClockedRun, MemoryRun};
 pub use layout::Layout;
 pub use reference::{Answer, Reference};
+pub use refit::{RefitError, RefitMethod, RefitRun, refit};
 pub use trace::{Sums, TraceCounts, TraceRun, trace, trace_by};

@@ -79,6 +79,16 @@ pub enum SceneError {
         /// How many vertices there are.
         vertices: usize,
     },
+    /// A key frame is not the same mesh in another place.
+    #[error(
+        "{key}: it has other triangles than {scene}; an animation moves the vertices of one mesh"
+    )]
+    Topology {
+        /// The scene.
+        scene: String,
+        /// The key frame.
+        key: String,
+    },
     /// There are more triangles than identifiers.
     #[error("{scene}: {triangles} triangles are more than 2^32 - 1; split the scene")]
     TooLarge {

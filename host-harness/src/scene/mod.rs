@@ -22,6 +22,7 @@
 //! # Ok::<(), scene::SceneError>(())
 //! ```
 
+pub mod animation;
 pub mod camera;
 pub mod convert;
 pub mod error;
@@ -36,6 +37,7 @@ pub mod rays;
 pub mod sampling;
 mod vec3;
 
+pub use animation::{Animation, Movement};
 pub use camera::{Camera, UpAxis};
 pub use convert::{ConversionCounts, GridRay, TimeMap};
 pub use error::SceneError;

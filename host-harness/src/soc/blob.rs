@@ -4,10 +4,11 @@ use xylem_core::emit::CellConfig;
 use xylem_core::geom::{Ray, Triangle};
 use xylem_core::node::{MAX_LEAF_SIZE, NodeFormat, Quantization};
 use xylem_core::num::{Grid, MortonWidth};
+use xylem_core::refit::RebuildRule;
 use xylem_core::sort::SortConfig;
 use xylem_core::toplevel::TopLevel;
 use xylem_core::traverse::Query;
-use xylem_firmware::blob::Header;
+use xylem_firmware::blob::{Animation, Header};
 use xylem_firmware::job::MAX_CELLS;
 use xylem_firmware::map::EXTERNAL;
 
@@ -34,10 +35,21 @@ pub struct SceneBlob {
     pub cells: CellConfig,
     /// Neighbouring leaves are joined up to this many primitives, at most 16; 0 for not at all.
     pub join_leaves: u32,
-    /// The triangles.
+    /// The triangles, in the first frame if they move.
     pub triangles: Vec<Triangle>,
+    /// How they move, if they do.
+    pub animation: Option<Motion>,
     /// The rays.
     pub rays: Vec<Ray>,
+}
+
+/// The further frames of an animation.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Motion {
+    /// The triangles of every frame but the first, as many in each.
+    pub later: Vec<Vec<Triangle>>,
+    /// When the tree is rebuilt rather than refitted.
+    pub rule: RebuildRule,
 }
 
 impl Default for SceneBlob {
@@ -55,6 +67,7 @@ impl Default for SceneBlob {
             cells: CellConfig { capacity: MAX_CELLS as u32, ..CellConfig::default() },
             join_leaves: 0,
             triangles: Vec::new(),
+            animation: None,
             rays: Vec::new(),
         }
     }
@@ -64,9 +77,16 @@ impl SceneBlob {
     /// The blob's bytes. `machine_traps` says whether the core has the standard trap registers.
     ///
     /// # Errors
-    /// [`SocError::TooLarge`] if the soft core's external memory cannot hold it.
+    /// [`SocError::TooLarge`] if the soft core's external memory cannot hold it; [`SocError::Frames`] if
+    /// the triangles of a frame are not as many as those of the first.
     pub fn to_bytes(&self, machine_traps: bool) -> Result<Vec<u8>, SocError> {
         let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let later = self.animation.as_ref().map_or(&[][..], |motion| &motion.later);
+        let first = self.triangles.len();
+        if let Some((at, frame)) = later.iter().enumerate().find(|(_, f)| f.len() != first) {
+            return Err(SocError::Frames { first, frame: at + 1, triangles: frame.len() });
+        }
+        let frames = count(1 + later.len());
         let header = Header {
             machine_traps,
             grid: self.grid,
@@ -78,18 +98,23 @@ impl SceneBlob {
             top_level: self.top_level,
             cells: self.cells,
             join_leaves: self.join_leaves,
+            animation: self
+                .animation
+                .as_ref()
+                .map(|motion| Animation { frames, rule: motion.rule }),
             triangles: count(self.triangles.len()),
             rays: count(self.rays.len()),
         };
         if header.blob_bytes().is_none_or(|bytes| bytes > EXTERNAL.size) {
             let records = |n: usize, bytes: usize| n as u64 * bytes as u64;
             let needed = Header::BYTES as u64
-                + records(self.triangles.len(), Triangle::BYTES)
+                + records(self.triangles.len() * (1 + later.len()), Triangle::BYTES)
                 + records(self.rays.len(), Ray::BYTES);
             return Err(SocError::TooLarge { needed, size: EXTERNAL.size });
         }
         let mut bytes = header.to_bytes().to_vec();
         bytes.extend(self.triangles.iter().flat_map(Triangle::to_bytes));
+        bytes.extend(later.iter().flatten().flat_map(Triangle::to_bytes));
         bytes.extend(self.rays.iter().flat_map(Ray::to_bytes));
         Ok(bytes)
     }

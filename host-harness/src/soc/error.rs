@@ -43,6 +43,18 @@ pub enum SocError {
         /// Bytes that there are.
         size: u32,
     },
+    /// A frame of an animation has more or fewer triangles than the first one.
+    #[error(
+        "frame {frame} has {triangles} triangles, frame 0 has {first}; frames move the same ones"
+    )]
+    Frames {
+        /// Triangles of the first frame.
+        first: usize,
+        /// The frame.
+        frame: usize,
+        /// Its triangles.
+        triangles: usize,
+    },
     /// An engine's tool is not installed.
     #[error("{engine} needs {tool}; {hint}")]
     ToolMissing {

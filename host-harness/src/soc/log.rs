@@ -3,6 +3,7 @@
 use std::fmt;
 
 use defmt_decoder::{DecodeError, Table};
+use xylem_firmware::animation::FrameReport;
 use xylem_firmware::report::Report;
 
 use super::{Image, SocError};
@@ -57,25 +58,35 @@ pub(super) fn decode(image: &Image, uart: &[u8]) -> Result<Vec<Line>, SocError> 
 
 /// Takes the report line out of a log.
 pub(super) fn take_report(log: &mut Vec<Line>) -> Option<Report> {
-    let at = log.iter().rposition(|line| line.text.starts_with(REPORT))?;
-    let report = parse_report(&log[at].text)?;
+    let at = log.iter().rposition(|line| line.text.starts_with("report ["))?;
+    let report = Report::from_bytes(&bytes_of(&log[at].text, "report")?)?;
     log.remove(at);
     Some(report)
 }
 
-/// How the report line starts.
-const REPORT: &str = "report [";
+/// Takes the lines of the frames of an animation out of a log; one that is broken stays.
+pub(super) fn take_frames(log: &mut Vec<Line>) -> Vec<FrameReport> {
+    let mut frames = Vec::new();
+    log.retain(|line| {
+        let frame = bytes_of(&line.text, "frame").and_then(|b| FrameReport::from_bytes(&b));
+        frames.extend(frame);
+        frame.is_none()
+    });
+    frames
+}
 
-/// Parses `report [0a, 0b, …]`.
-fn parse_report(text: &str) -> Option<Report> {
-    let list = text.strip_prefix(REPORT)?.strip_suffix(']')?;
-    let bytes: Option<Vec<u8>> =
-        list.split(", ").map(|byte| u8::from_str_radix(byte, 16).ok()).collect();
-    Report::from_bytes(&bytes?)
+/// The bytes of `word [0a, 0b, …]`.
+fn bytes_of(text: &str, word: &str) -> Option<Vec<u8>> {
+    let list = text.strip_prefix(word)?.strip_prefix(" [")?.strip_suffix(']')?;
+    list.split(", ").map(|byte| u8::from_str_radix(byte, 16).ok()).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use xylem_core::quality::SahCost;
+    use xylem_core::refit::Update;
+    use xylem_firmware::report::STAGES;
+
     use super::*;
 
     #[test]
@@ -87,7 +98,29 @@ mod tests {
         assert_eq!(take_report(&mut log), Some(report));
         assert_eq!(log.len(), 1);
         assert_eq!(take_report(&mut log), None);
-        assert_eq!(parse_report("report [00, 01]"), None);
-        assert_eq!(parse_report("report [0g]"), None);
+        assert_eq!(bytes_of("report [00, 01]", "report"), Some(vec![0, 1]));
+        assert_eq!(bytes_of("report [0g]", "report"), None);
+    }
+
+    #[test]
+    fn frame_lines_leave_the_log_in_order_and_broken_ones_stay() {
+        let frame = |frame| FrameReport {
+            frame,
+            update: Update::Rebuild,
+            refitted: SahCost::ZERO,
+            cost: SahCost::from_num(3),
+            hits: 1,
+            hits_crc: 2,
+            cycles: [4; STAGES.len()],
+        };
+        let text = |frame: &FrameReport| {
+            let bytes: Vec<String> = frame.to_bytes().iter().map(|b| format!("{b:02x}")).collect();
+            format!("frame [{}]", bytes.join(", "))
+        };
+        let line = |text: String| Line { cycles: None, level: String::new(), text };
+        let broken = line("frame [00]".into());
+        let mut log = vec![line(text(&frame(0))), broken.clone(), line(text(&frame(1)))];
+        assert_eq!(take_frames(&mut log), [frame(0), frame(1)]);
+        assert_eq!(log, [broken]);
     }
 }

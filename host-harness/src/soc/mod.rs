@@ -1,7 +1,8 @@
 //! The soft core: the firmware's program on three RISC-V engines, and its log decoded.
 //!
 //! [`run`] loads one ELF and one scene blob into an [`Engine`], lets it run to its power-off and
-//! returns the decoded log with the [`Report`] that the program logged last. The same job on the
+//! returns the decoded log with the [`Report`] that the program logged last, and for an animation that of each
+//! frame. The same job on the
 //! host is [`run_on_host`]; its report has the same [`Report::digest`] or something is wrong.
 //!
 //! The memory map is [`xylem_firmware::map`], the same for all engines.
@@ -32,12 +33,13 @@ use std::time::Duration;
 
 use crate::bus::{MEMORIES, MemoryTiming, Tally};
 
+pub use xylem_firmware::animation::FrameReport;
 pub use xylem_firmware::report::{OUTPUTS, Output, Report, STAGES};
 
-pub use blob::SceneBlob;
+pub use blob::{Motion, SceneBlob};
 pub use costs::{Costs, Step};
 pub use error::SocError;
-pub use host::run_on_host;
+pub use host::{HostRun, run_on_host};
 pub use image::{Image, Segment};
 pub use log::Line;
 
@@ -115,10 +117,12 @@ impl Default for Options {
 pub struct Outcome {
     /// What ran it.
     pub engine: Engine,
-    /// The decoded log, without the machine-readable report line.
+    /// The decoded log, without the machine-readable lines.
     pub log: Vec<Line>,
     /// What the job reported.
     pub report: Report,
+    /// What it reported of each frame, if the scene is animated.
+    pub frames: Vec<FrameReport>,
     /// Instructions from reset to power-off, where the engine counts them.
     pub instructions: Option<u64>,
     /// Cycles from reset to power-off, where the engine counts them.
@@ -164,11 +168,12 @@ pub fn run(
         End::Crash(what) => return Err(SocError::Crash { engine, what, log }),
         End::TimeOut(after) => return Err(SocError::TimeOut { engine, after, log }),
     }
+    let frames = log::take_frames(&mut log);
     let Some(report) = log::take_report(&mut log) else {
         return Err(SocError::NoReport { engine, log });
     };
     let Ran { instructions, cycles, external, time, .. } = ran;
-    Ok(Outcome { engine, log, report, instructions, cycles, external, time })
+    Ok(Outcome { engine, log, report, frames, instructions, cycles, external, time })
 }
 
 /// Where `tests/firmware.sh build` leaves the program, or what `XYLEM_FIRMWARE` names.
