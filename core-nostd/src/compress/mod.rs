@@ -16,6 +16,7 @@ mod shared_stream;
 mod streaming;
 mod topdown;
 mod treelet;
+mod wide;
 
 pub use context::{CellBox, Context, Placement};
 pub use lines::MAX_LINES;
@@ -24,3 +25,4 @@ pub use shared_stream::SharedCompressor;
 pub use streaming::{Compression, Compressor, Repairs};
 pub use topdown::compress_top_down;
 pub use treelet::{HeldNode, Place};
+pub use wide::{OpenWide, WideCompressor};

@@ -339,6 +339,6 @@ impl<'a> Compressor<'a> {
             return Ok(());
         }
         let through = *repairs == Repairs::InMemory;
-        backtrack(bus, &mut self.lines, through, quantization, repair, probe)
+        backtrack::<QuantizedPair, _, _>(bus, &mut self.lines, through, quantization, repair, probe)
     }
 }

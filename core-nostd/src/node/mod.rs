@@ -11,11 +11,13 @@ mod bvh2;
 mod leaf;
 mod quantized;
 mod shared;
+mod wide;
 
 pub use bvh2::{Bvh2Node, Bvh2View};
 pub use leaf::LeafEntry;
 pub use quantized::{Coordinates, Quantization, QuantizedChild, QuantizedPair, QuantizedView};
 pub use shared::{Grids, Link, Plane, SharedNode, SharedWords, Sharing};
+pub use wide::{WideNode, WideView};
 
 use crate::geom::Aabb;
 use crate::mem::Region;

@@ -57,6 +57,11 @@ impl Quantization {
         if self.bits <= 6 { 16 } else { 20 }
     }
 
+    /// Bytes of a node of up to four children: two pairs'.
+    pub const fn wide_bytes(&self) -> u32 {
+        2 * self.node_bytes()
+    }
+
     /// The most cells that a box spans on its local grid: 2^N.
     pub const fn max_cells(&self) -> i32 {
         1 << self.bits
@@ -123,7 +128,7 @@ impl QuantizedChild {
     pub(crate) const EMPTY: Self =
         Self { low: [0; 3], high: [0; 3], child: Child::Inner(NodeIndex(0)) };
 
-    fn to_word(self, bits: u8) -> u128 {
+    pub(super) fn to_word(self, bits: u8) -> u128 {
         let (n, mask) = (u32::from(bits), (1u64 << bits) - 1);
         let coordinates = (0..3).fold(0, |word, axis| {
             let (low, high) = (u64::from(self.low[axis]), u64::from(self.high[axis]));
@@ -139,7 +144,7 @@ impl QuantizedChild {
 
     /// A child of `bits`-bit coordinates and its leaf bit and pointer.
     #[inline(always)]
-    fn from_parts(coordinates: u64, tail: u32, bits: u8) -> Self {
+    pub(super) fn from_parts(coordinates: u64, tail: u32, bits: u8) -> Self {
         let (n, mask) = (u32::from(bits), (1u64 << bits) - 1);
         let field = |i: u32| (coordinates >> (n * i) & mask) as u8;
         let pointer = tail >> 1 & QuantizedPair::MAX_POINTER;
