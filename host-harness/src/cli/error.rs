@@ -8,7 +8,7 @@ use xylem_core::traverse::TraceError;
 use xylem_firmware::job::JobError;
 
 use crate::bus::MemoryError;
-use crate::run::RunError;
+use crate::run::{RefitError, RunError};
 use crate::scene::SceneError;
 use crate::scene::rays::RayFileError;
 use crate::soc::SocError;
@@ -44,6 +44,14 @@ pub enum CliError {
         scene: String,
         /// What the tracer said.
         source: TraceError<MemoryError>,
+    },
+    /// A tree cannot be refitted.
+    #[error("{scene}: {source}")]
+    Refit {
+        /// The scene.
+        scene: String,
+        /// What the refit said.
+        source: RefitError,
     },
     /// A file cannot be written.
     #[error("{}: cannot write it: {source}; give a path in a folder you may write to", path.display())]

@@ -101,6 +101,7 @@ impl From<ExperimentError> for CliError {
             ExperimentError::Scene(error) => error.into(),
             ExperimentError::Build { scene, source } => Self::Build { scene, source },
             ExperimentError::Trace { scene, source } => Self::Trace { scene, source },
+            ExperimentError::Refit { scene, source } => Self::Refit { scene, source },
         }
     }
 }

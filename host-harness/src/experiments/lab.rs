@@ -91,6 +91,11 @@ impl<'a> Lab<'a> {
         }
     }
 
+    /// Says what an experiment is doing.
+    pub fn say(&self, what: &str) {
+        (self.progress)(what);
+    }
+
     /// Those of `scenes` that are at hand, and why the others are not.
     ///
     /// # Errors

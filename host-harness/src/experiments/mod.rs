@@ -37,7 +37,7 @@ mod utilisation;
 use xylem_core::traverse::TraceError;
 
 use crate::bus::MemoryError;
-use crate::run::RunError;
+use crate::run::{RefitError, RunError};
 use crate::scene::SceneError;
 
 pub use lab::{BinnedSah, Built, Lab, Loaded};
@@ -98,6 +98,14 @@ pub enum ExperimentError {
         scene: String,
         /// What the builder said.
         source: RunError,
+    },
+    /// A refit failed.
+    #[error("{scene}: {source}")]
+    Refit {
+        /// The model.
+        scene: String,
+        /// What was said.
+        source: RefitError,
     },
     /// A tree could not be traced.
     #[error("{scene}: {source}")]

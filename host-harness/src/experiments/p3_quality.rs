@@ -11,7 +11,7 @@ use super::{
 };
 use crate::report::close_up;
 use crate::report::html::Source;
-use crate::run::{self, BuildOptions, BuildRun, RunError, Sums};
+use crate::run::{self, BuildOptions, BuildRun, Sums};
 use crate::scene::{GridRay, UpAxis, sampling};
 
 /// The experiment.
@@ -116,7 +116,7 @@ fn measure(loaded: &Loaded) -> Result<[Row; 2], ExperimentError> {
     let cores = |rays: &[GridRay]| rays.iter().map(|ray| ray.core().copied()).collect::<Vec<_>>();
     let trace = |run: &BuildRun, scene, method, rays: &[Option<Ray>], query| {
         run::trace_by(method, &run.memory, scene, rays, query)
-            .map_err(|error| failed(RunError::Malformed(error.into())))
+            .map_err(|source| ExperimentError::Trace { scene: mesh.name.clone(), source })
     };
     let first = trace(&separate, &exact, Method::default(), &cores(&primary), Query::Closest)?;
     let bounces = primary.par_iter().enumerate().filter_map(|(i, ray)| {
