@@ -193,12 +193,19 @@ impl OpenNode {
         let mut bears = [0; 6];
         for (k, bears) in bears.iter_mut().enumerate() {
             let heir = usize::from(shared.heirs[k]);
+            let at = |child: usize| {
+                let Aabb { min, max } = node.children[child].bounds;
+                if k % 2 == 0 { min[k / 2] } else { max[k / 2] + 1 }
+            };
             *bears = children[heir].bears[k].min(own_bears(&bounds, scale, k / 2));
-            let other = &children[1 - heir];
-            if other.bears[k] < scale[k / 2] {
-                let Aabb { min, max } = node.children[1 - heir].bounds;
-                let at = if k % 2 == 0 { min[k / 2] } else { max[k / 2] + 1 };
-                shared.planes[k] = Plane::Exact(at);
+            let other = children[1 - heir].bears[k];
+            if other < scale[k / 2] {
+                if at(0) == at(1) {
+                    // The stored plane is cut to the node's, so it errs by no more than that one.
+                    *bears = other.min(*bears);
+                } else {
+                    shared.planes[k] = Plane::Exact(at(1 - heir));
+                }
             }
         }
         for (i, child) in children.iter().enumerate().filter(|(i, _)| !shared.leaves[*i]) {
@@ -299,7 +306,7 @@ mod tests {
             let (spread, coarse) = (random.below(22), random.below(2) * random.below(18));
             for _ in 0..2 {
                 let mut c = || {
-                    let anchor = random.below(1 << 24) >> random.below(2) * random.below(20);
+                    let anchor = random.below(1 << 24) >> (random.below(2) * random.below(20));
                     let near = random.below(1 << spread);
                     ((anchor + near).min((1 << 24) - 1) >> coarse << coarse) - (1 << 23)
                 };

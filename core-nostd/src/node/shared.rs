@@ -74,18 +74,20 @@ pub struct Link {
 /// | 36..42 | for each plane of the node, which child inherits it                      |
 /// | 42..44 | whether child 0 and child 1 are leaves                                   |
 /// | 44     | the word before this one is an extension                                 |
-/// | 45..64 | for each child that is a node, how much finer its grid is on x, y, z (2 bits each, with [`Grids::Stored`]); then the link |
+/// | 45..64 | for each child that is a node, how much finer its grid is on x, y and z, each that many ones and a zero (with [`Grids::Stored`]); then the link |
 ///
 /// Nodes are in the order of completion: if child 1 is a node, it is just before this one and its
 /// extensions; if both are, child 0 is in front of all words of child 1. Leaf table entries are in the
 /// same order, so that a reader that carries the range of a subtree needs one size to divide it:
-/// the [`Link`]. A single leaf's is 8 bits. Where both children are nodes, the lowest bit tells
-/// whether the right subtree has as many entries as it must have with one each; the other bits are its
-/// words less one, or half of them are and the other half are the entries beyond, in zigzag.
+/// the [`Link`]. Where a child is a leaf, it is the leaf's size in 8 bits. Where both are nodes, it
+/// begins with 2 bits that tell how the rest is divided: into the right subtree's words less one, and
+/// how many entries it has beyond one more than words. That is nothing for 0; 1 to 4, 2 bits, for 1; -1 to
+/// -4 for 2; and for 3 it is 5 or more and has the upper half of the bits.
 ///
 /// An extension says what does not fit. Bit 0 tells that another one is in front of it, bits 1..3 what
-/// it holds: 0, how much finer grids are (six times 5 bits); 1, the link (words 30, entries 30); 2,
-/// two exact planes (number 3 bits, plane plus 2^23 25 bits; number 7 is none).
+/// it holds, which then is not in the node: 0, how much finer grids are (six times 5 bits); 1, the link
+/// (words 30, entries 30); 2, two exact planes (number 3 bits, plane plus 2^23 25 bits; number 7 is
+/// none).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct SharedNode {
     /// Of the two planes on each side of each axis, the one that is not inherited: lower x, upper x,
@@ -145,31 +147,28 @@ impl SharedNode {
             }
             word |= u64::from(heir & 1) << (36 + k);
         }
-        let (mut tail, mut used) = (0, 0);
-        let mut fits = true;
-        for (i, finer) in self.finer.iter().enumerate() {
-            word |= u64::from(self.leaves[i]) << (42 + i);
-            if grids == Grids::Stored && !self.leaves[i] {
-                for &finer in finer {
-                    fits &= finer < 4;
-                    tail |= u64::from(finer & 3) << used;
-                    used += 2;
-                }
+        for (i, leaf) in self.leaves.iter().enumerate() {
+            word |= u64::from(*leaf) << (42 + i);
+        }
+        let (finer, used) = self.unary(grids);
+        let fits = used <= TAIL_BITS;
+        let link = if fits { self.short_link(TAIL_BITS - used) } else { None };
+        let tail = match (link, self.short_link(TAIL_BITS)) {
+            (Some(link), _) => finer | link << used,
+            (None, Some(link)) => {
+                _ = extensions.push(FINER << 1 | self.finer_fields() << 3);
+                link
             }
-        }
-        if !fits {
-            let all = (0..).zip(self.finer.as_flattened());
-            let all = all.fold(0, |bits, (i, &finer)| bits | u64::from(finer & 31) << (5 * i));
-            _ = extensions.push(FINER << 1 | all << 3);
-        }
-        match self.short_link(TAIL_BITS - used) {
-            Some(link) => tail |= link << used,
-            None => {
+            (None, None) => {
                 let Link { words, entries } = self.link;
                 let both = u64::from(words) | u64::from(entries) << 30;
                 _ = extensions.push(LINK << 1 | both << 3);
+                if !fits {
+                    _ = extensions.push(FINER << 1 | self.finer_fields() << 3);
+                }
+                if fits { finer } else { 0 }
             }
-        }
+        };
         for two in exact.chunks(2) {
             let second = two.get(1).copied().unwrap_or(7);
             _ = extensions.push(PLANES << 1 | two[0] << 3 | second << 31);
@@ -197,24 +196,15 @@ impl SharedNode {
             finer: [[0; 3]; 2],
             link: Link { words: 0, entries: 0 },
         };
-        let mut from = TAIL;
-        if grids == Grids::Stored {
-            for (finer, _) in node.finer.iter_mut().zip(leaves).filter(|(_, leaf)| !leaf) {
-                for finer in finer {
-                    *finer = field(from, 2) as u8;
-                    from += 2;
-                }
-            }
-        }
-        let bits = u64::BITS - from;
-        let mut link = node.long_link(field(from, bits), bits);
+        let (mut finer, mut link) = (None, None);
         for &extension in extensions {
             let field = |from: u32, bits: u32| extension >> from & ((1 << bits) - 1);
             match field(1, 2) {
                 FINER => {
-                    for (i, finer) in (0..).zip(node.finer.as_flattened_mut()) {
-                        *finer = field(3 + 5 * i, 5) as u8;
-                    }
+                    finer = Some(
+                        [0, 1]
+                            .map(|i| [0, 1, 2].map(|axis| field(3 + 5 * (3 * i + axis), 5) as u8)),
+                    )
                 }
                 LINK => {
                     link = Some(Link { words: field(3, 30) as u32, entries: field(33, 30) as u32 });
@@ -230,51 +220,105 @@ impl SharedNode {
                 _ => return None,
             }
         }
-        node.link = link?;
+        let mut from = TAIL;
+        match finer {
+            Some(finer) => node.finer = finer,
+            None if grids == Grids::Stored => {
+                for (finer, _) in node.finer.iter_mut().zip(leaves).filter(|(_, leaf)| !leaf) {
+                    for finer in finer {
+                        // All bits above the word are zeros, so this ends.
+                        let ones = word.checked_shr(from).unwrap_or(0).trailing_ones();
+                        *finer = ones as u8;
+                        from += ones + 1;
+                    }
+                }
+            }
+            None => {}
+        }
+        node.link = match link {
+            Some(link) => link,
+            None => {
+                let bits = u64::BITS.checked_sub(from)?;
+                node.long_link(word.checked_shr(from).unwrap_or(0), bits)?
+            }
+        };
         Some(node)
+    }
+
+    /// How much finer grids are, as bits, and how many they are; too many for the node if above
+    /// [`TAIL_BITS`].
+    fn unary(&self, grids: Grids) -> (u64, u32) {
+        let (mut bits, mut used) = (0u64, 0);
+        if grids == Grids::Stored {
+            for (finer, _) in self.finer.iter().zip(self.leaves).filter(|(_, leaf)| !leaf) {
+                for &finer in finer {
+                    let ones = (1u64 << (finer & 31)) - 1;
+                    bits |= ones.checked_shl(used).unwrap_or(0);
+                    used += u32::from(finer & 31) + 1;
+                }
+            }
+        }
+        (bits, used)
+    }
+
+    /// The same as fields of an extension.
+    fn finer_fields(&self) -> u64 {
+        let all = (0..).zip(self.finer.as_flattened());
+        all.fold(0, |bits, (i, &finer)| bits | u64::from(finer & 31) << (5 * i))
     }
 
     /// The link in so many bits, if it fits.
     fn short_link(&self, bits: u32) -> Option<u64> {
         let Link { words, entries } = self.link;
         if self.leaves != [false; 2] {
-            return (entries < 256).then_some(entries.into());
+            return (bits >= 8 && entries < 256).then_some(entries.into());
         }
-        let (words, beyond) = (u64::from(words).checked_sub(1)?, beyond(words, entries));
-        let (high, low) = halves(bits);
-        if beyond == 0 {
-            return (words < 1 << (bits - 1)).then_some(words << 1);
-        }
-        let fits = words < 1 << low && beyond <= 1 << high;
-        fits.then_some(1 | words << 1 | (beyond - 1) << (1 + low))
+        let words = u64::from(words).checked_sub(1)?;
+        let beyond = i64::from(entries) - words as i64 - 2;
+        (0..4).find_map(|tag| {
+            let (low, high) = divide(bits, tag)?;
+            let beyond = match tag {
+                0 => beyond,
+                1 => beyond - 1,
+                2 => -1 - beyond,
+                _ => beyond - 5,
+            };
+            let fits = words < 1 << low && (0..1 << high).contains(&beyond);
+            fits.then_some(tag | words << 2 | (beyond as u64) << (2 + low))
+        })
     }
 
-    /// The opposite.
+    /// The opposite, from the lowest bits of a word.
     fn long_link(&self, short: u64, bits: u32) -> Option<Link> {
         if self.leaves != [false; 2] {
-            return Some(Link { words: 0, entries: short as u32 & 255 });
+            return (bits >= 8).then_some(Link { words: 0, entries: short as u32 & 255 });
         }
-        let (_, low) = halves(bits);
-        let (words, beyond) = match short & 1 {
-            0 => (short >> 1, 0),
-            _ => (short >> 1 & ((1 << low) - 1), (short >> (1 + low)) + 1),
+        let (low, high) = divide(bits, short & 3)?;
+        let words = short >> 2 & ((1 << low) - 1);
+        let beyond = (short >> (2 + low) & ((1 << high) - 1)) as i64;
+        let beyond = match short & 3 {
+            0 => 0,
+            1 => beyond + 1,
+            2 => -1 - beyond,
+            _ => beyond + 5,
         };
-        let signed = (beyond >> 1) as i64 ^ -((beyond & 1) as i64);
-        let entries = u32::try_from(words as i64 + 2 + signed).ok()?;
+        let entries = u32::try_from(words as i64 + 2 + beyond).ok()?;
         Some(Link { words: words as u32 + 1, entries })
     }
 }
 
-/// Entries beyond one each, in zigzag: a subtree of `n` nodes has `n + 1` leaves.
-fn beyond(words: u32, entries: u32) -> u64 {
-    let signed = i64::from(entries) - i64::from(words) - 1;
-    (signed << 1 ^ signed >> 63) as u64
-}
-
-/// How the bits of a link after the first are divided.
-const fn halves(bits: u32) -> (u32, u32) {
-    let high = (bits - 1) / 2;
-    (high, bits - 1 - high)
+/// How the bits of a link are divided between words and entries after the first two.
+const fn divide(bits: u32, tag: u64) -> Option<(u32, u32)> {
+    let Some(rest) = bits.checked_sub(2) else { return None };
+    let high = match tag {
+        0 => 0,
+        1 | 2 => 2,
+        _ => rest.div_ceil(2),
+    };
+    match rest.checked_sub(high) {
+        Some(low) => Some((low, high)),
+        None => None,
+    }
 }
 
 #[cfg(test)]
@@ -361,7 +405,7 @@ mod tests {
         };
         let words = node.to_words(Grids::Stored);
         let planes = 1 | 2 << 6 | 3 << 12 | 4 << 18 | 5 << 24 | 63 << 30;
-        let tail = (1 | 3 << 4 | 7 << 6) << 45;
+        let tail = (0b011_1001 | 7 << 7) << 45;
         assert_eq!(words.as_slice(), [planes | 0b10_0001 << 36 | 1 << 42 | tail]);
     }
 }
