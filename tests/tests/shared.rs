@@ -39,8 +39,8 @@ fn shared(sharing: Sharing) -> BuildConfig {
 }
 
 fn mesh(name: &str) -> Vec<Triangle> {
-    let mesh = procedural::generate(name, &LoadOptions::default());
-    mesh.unwrap_or_else(|e| panic!("{name}: {e}")).triangles
+    let soup = procedural::soup(name).unwrap().unwrap();
+    soup.into_mesh(name, &LoadOptions::default()).unwrap().triangles
 }
 
 fn assert_same_hits(
