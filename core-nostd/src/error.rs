@@ -78,8 +78,12 @@ pub enum ConfigError {
     /// Shared-plane nodes are asked for with a margin above 5 or a flatness above 31, without stored
     /// grids, behind an emitter that is not depth first, or below a top level.
     Sharing,
-    /// Shared-plane nodes cannot be refitted: their sizes change with their boxes.
+    /// Shared-plane nodes cannot be refitted, as their sizes change with their boxes, nor can nodes of four
+    /// children.
     RefitFormat,
+    /// Nodes are to be collapsed to four children without compression, or behind an emitter that is not depth
+    /// first, or below a top level.
+    Collapse,
 }
 
 impl fmt::Display for ConfigError {
@@ -105,7 +109,10 @@ impl fmt::Display for ConfigError {
                  margin be at most 3, and held lines be 2 to 64"
             }
             Self::RefitFormat => {
-                "shared-plane nodes change their sizes with their boxes; build the tree anew"
+                "nodes of 64 bytes and quantized pairs are refitted; build other trees anew"
+            }
+            Self::Collapse => {
+                "nodes of four children are quantized and streamed, by the LBVH emitter without a top level"
             }
             Self::Sharing => {
                 "shared-plane nodes are streamed by the LBVH emitter without a top level, and with \

@@ -7,7 +7,7 @@ mod tree;
 
 pub use self::stream::TreeStream;
 use self::tree::MAX_JOINED;
-use crate::compress::{Compression, HeldNode};
+use crate::compress::{Compression, HeldNode, OpenWide};
 use crate::emit::{CellConfig, EmitterKind};
 use crate::error::{BuildError, ConfigError, RegionName};
 use crate::mem::{BurstWriter, Bus, Region};
@@ -46,6 +46,8 @@ pub struct BuildConfig {
     pub cells: CellConfig,
     /// How nodes are compressed on their way to memory; without it they have 64 bytes.
     pub compression: Option<Compression>,
+    /// Whether nodes are collapsed to up to four children as they are compressed.
+    pub collapse: bool,
     /// How shared-plane nodes are made of them instead, as they come.
     pub sharing: Option<Sharing>,
 }
@@ -57,12 +59,14 @@ pub struct TreeStorage<'a> {
     pub top: TopStorage<'a>,
     /// For treelets: [`Compression::held_nodes`].
     pub held: &'a mut [HeldNode],
+    /// For wide nodes: [`OpenWide::STACK`].
+    pub open: &'a mut [OpenWide],
 }
 
 impl TreeStorage<'_> {
     /// No storage: no top level can be built, and no treelets be held.
     pub const fn none() -> Self {
-        Self { top: TopStorage::none(), held: &mut [] }
+        Self { top: TopStorage::none(), held: &mut [], open: &mut [] }
     }
 
     /// Checks that the storage suffices for a configuration.
@@ -72,6 +76,10 @@ impl TreeStorage<'_> {
     pub fn check(&self, config: &BuildConfig) -> Result<(), ConfigError> {
         config.top_level.check_storage(&config.cells, &self.top)?;
         match &config.compression {
+            Some(_) if config.collapse => {
+                let enough = self.open.len() >= OpenWide::STACK;
+                if enough { Ok(()) } else { Err(ConfigError::Compression) }
+            }
             Some(compression) if compression.held_nodes() > self.held.len() => {
                 Err(ConfigError::Compression)
             }
@@ -95,6 +103,7 @@ impl Default for BuildConfig {
             top_level: TopLevel::None,
             cells: CellConfig::default(),
             compression: None,
+            collapse: false,
             sharing: None,
         }
     }
@@ -155,6 +164,7 @@ impl BuildConfig {
     /// The format of the nodes.
     pub const fn format(&self) -> NodeFormat {
         match (&self.compression, self.sharing) {
+            (Some(compression), _) if self.collapse => NodeFormat::Wide(compression.quantization),
             (Some(compression), _) => NodeFormat::Quantized(compression.quantization),
             (None, Some(sharing)) => NodeFormat::Shared(sharing),
             (None, None) => NodeFormat::Bvh2,
@@ -194,10 +204,14 @@ impl BuildConfig {
         if let Some(compression) = &self.compression {
             compression.check()?;
         }
+        // A node that is collapsed must find its children on chip.
+        let depth_first = self.emitter == EmitterKind::Lbvh && self.top_level == TopLevel::None;
+        if self.collapse && !(depth_first && self.compression.is_some()) {
+            return Err(ConfigError::Collapse);
+        }
         if let Some(sharing) = &self.sharing {
             sharing.check()?;
             // Nodes must come depth first, and a parent must find its grid in its own bytes.
-            let depth_first = self.emitter == EmitterKind::Lbvh && self.top_level == TopLevel::None;
             if !depth_first || self.compression.is_some() || sharing.grids != Grids::Stored {
                 return Err(ConfigError::Sharing);
             }

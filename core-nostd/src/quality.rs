@@ -9,8 +9,9 @@ use crate::emit::MAX_DEPTH;
 use crate::geom::{Aabb, Triangle};
 use crate::mem::Bus;
 use crate::node::{
-    Bvh2Node, Bvh2View, Child, LeafEntry, NodeFormat, NodeIndex, Quantization, QuantizedPair,
-    QuantizedView, SharedNode, SharedWords, Sharing, Subtree, Tree,
+    Bvh2Node, Bvh2View, Child, LeafEntry, NodeFormat, NodeIndex, Quantization, QuantizedChild,
+    QuantizedPair, QuantizedView, SharedNode, SharedWords, Sharing, Subtree, Tree, WideNode,
+    WideView,
 };
 use crate::traverse::{Scene, TraceError};
 
@@ -102,6 +103,7 @@ struct Pending {
 enum Local {
     Exact,
     Quantized(Placement, Quantization),
+    Wide(Placement, Quantization),
     Shared(SharedContext, Sharing),
 }
 
@@ -125,7 +127,8 @@ pub fn check<B: Bus>(
     let mut quality = Quality::default();
     let (mut nodes_left, mut entries_left) = (tree.node_count, tree.entry_count);
     let mut primitives_left = scene.triangle_count;
-    let mut stack = Vec::<Pending, { MAX_DEPTH + 1 }>::new();
+    // Three of four children wait for each level of the binary tree, at most.
+    let mut stack = Vec::<Pending, { 3 * MAX_DEPTH + 1 }>::new();
     let mut next = match tree.root {
         None => None,
         Some(root) => {
@@ -133,7 +136,7 @@ pub fn check<B: Bus>(
             let local = local(tree, &root).ok_or(corrupt)?;
             let bounds = match &local {
                 Local::Exact => root.bounds,
-                Local::Quantized(placement, _) => placement.decoded(),
+                Local::Quantized(placement, _) | Local::Wide(placement, _) => placement.decoded(),
                 Local::Shared(context, _) => context.bounds,
             };
             quality.root_area = bounds.half_area();
@@ -208,11 +211,16 @@ fn local(tree: &Tree, root: &Subtree) -> Option<Local> {
         NodeFormat::Quantized(quantization) => {
             Local::Quantized(Placement::root(&root.bounds, &quantization)?, quantization)
         }
+        NodeFormat::Wide(quantization) => {
+            Local::Wide(Placement::root(&root.bounds, &quantization)?, quantization)
+        }
         NodeFormat::Shared(sharing) => {
             Local::Shared(SharedContext::root(root, tree.entry_count, &sharing)?, sharing)
         }
     })
 }
+
+type Children = Vec<Pending, { WideNode::CHILDREN }>;
 
 /// The children of a node, and how many records it has.
 fn read_children<B: Bus>(
@@ -220,7 +228,7 @@ fn read_children<B: Bus>(
     scene: &Scene,
     index: u32,
     parent: &Pending,
-) -> Result<([Pending; 2], u32), TraceError<B::Error>> {
+) -> Result<(Children, u32), TraceError<B::Error>> {
     let tree = &scene.tree;
     let corrupt = TraceError::CorruptNode { index };
     let mut read = |index: u32, bytes: &mut [u8]| {
@@ -236,23 +244,24 @@ fn read_children<B: Bus>(
             let node = Bvh2View::new(&bytes).to_repr().ok_or(corrupt)?;
             let pending =
                 |Subtree { child, bounds }| Pending { child, bounds, grid: Local::Exact, depth };
-            Ok((node.children.map(pending), 1))
+            Ok((node.children.map(pending).into_iter().collect(), 1))
         }
         Local::Quantized(placement, quantization) => {
             let mut bytes = [0; QuantizedPair::MAX_BYTES];
             read(index, &mut bytes[..tree.format.bytes() as usize])?;
-            let view = QuantizedView::new(&bytes, quantization.bits);
-            let decode = |i| {
-                let child = view.child(i);
-                let cells = placement.context.decode(&child, quantization).ok_or(corrupt)?;
-                let (low, scale) = (placement.child(&cells, quantization), placement.context.scale);
-                let upper =
-                    |axis: usize| low.lower[axis] + (i32::from(cells.width[axis]) << scale[axis]);
-                let bounds = Aabb::new(low.lower, glam::IVec3::new(upper(0), upper(1), upper(2)));
-                let grid = Local::Quantized(low, *quantization);
-                Ok(Pending { child: child.child, bounds, grid, depth })
-            };
-            Ok(([decode(0)?, decode(1)?], 1))
+            let pair = QuantizedView::new(&bytes, quantization.bits).to_repr();
+            let grid = |place| Local::Quantized(place, *quantization);
+            let decode = |child| decode(placement, quantization, child, grid, depth);
+            Ok((pair.children.iter().map(decode).collect::<Option<_>>().ok_or(corrupt)?, 1))
+        }
+        Local::Wide(placement, quantization) => {
+            let mut bytes = [0; WideNode::MAX_BYTES];
+            read(index, &mut bytes[..tree.format.bytes() as usize])?;
+            let node = WideView::new(&bytes, quantization.bits).to_repr();
+            let grid = |place| Local::Wide(place, *quantization);
+            let decode = |child| decode(placement, quantization, child, grid, depth);
+            let children = node.children.iter().flatten().map(decode);
+            Ok((children.collect::<Option<_>>().ok_or(corrupt)?, 1))
         }
         Local::Shared(context, sharing) => {
             let mut words = SharedWords::new();
@@ -267,9 +276,23 @@ fn read_children<B: Bus>(
                 let SharedContext { child, bounds, .. } = context;
                 Pending { child, bounds, grid: Local::Shared(context, *sharing), depth }
             };
-            Ok((children.ok_or(corrupt)?.map(pending), words.len() as u32))
+            let children = children.ok_or(corrupt)?.map(pending);
+            Ok((children.into_iter().collect(), words.len() as u32))
         }
     }
+}
+
+/// A child of a quantized node, unless it leaves the node's box.
+fn decode(
+    parent: &Placement,
+    quantization: &Quantization,
+    child: &QuantizedChild,
+    grid: impl Fn(Placement) -> Local,
+    depth: u32,
+) -> Option<Pending> {
+    let cells = parent.context.decode(child, quantization)?;
+    let place = parent.child(&cells, quantization);
+    Some(Pending { child: child.child, bounds: place.decoded(), grid: grid(place), depth })
 }
 
 fn read_entry<B: Bus>(

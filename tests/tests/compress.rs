@@ -1,16 +1,19 @@
 //! Streaming compression against the pass from the root down and against the exact tree.
 
+use glam::IVec3;
 use proptest::prelude::*;
 use xylem::bus::{Fault, Faulty, FaultyError, FlatMemory};
 use xylem::run::{self, Buffers, BuildOptions, BuildRun};
 use xylem::scene::{LoadOptions, Random, procedural};
-use xylem_core::compress::{Compression, Repairs};
+use xylem_core::compress::{Compression, Compressor, HeldNode, Place, Repairs};
 use xylem_core::emit::{CellConfig, EmitterKind, PlocConfig};
 use xylem_core::error::{BuildError, RegionName};
 use xylem_core::geom::{Aabb, Triangle};
-use xylem_core::mem::{Bus, ByteAddr};
-use xylem_core::node::QuantizedView;
-use xylem_core::node::{Child, Coordinates, NodeFormat, NodeIndex, Quantization, QuantizedPair};
+use xylem_core::mem::{Bus, ByteAddr, Region};
+use xylem_core::node::{
+    Bvh2Node, Child, Coordinates, NodeFormat, NodeIndex, Quantization, QuantizedPair,
+    QuantizedView, Subtree,
+};
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::probe::Stage;
 use xylem_core::sort::{RecordFormat, SortConfig};
@@ -323,4 +326,20 @@ fn nodes_that_come_back_damaged_end_in_an_error_or_a_tree_and_never_in_a_hang() 
         }
     }
     assert!(refused > 100, "{refused} of 300 were noticed");
+}
+
+#[test]
+fn a_node_whose_children_are_one_is_refused() {
+    let bounds = Aabb::new(IVec3::splat(-5), IVec3::splat(5));
+    let node = |child| Bvh2Node { children: [Subtree { bounds, child }; 2] };
+    let leaf = node(Child::Leaf { first: 0, count: 1 });
+    let twice = node(Child::Inner(NodeIndex(0)));
+    let compression = Compression { treelet_depth: 3, ..Compression::DEFAULT };
+    let mut held = vec![HeldNode::EMPTY; compression.held_nodes()];
+    let region = Region::new(0, 64);
+    let mut compressor = Compressor::new(compression, region, &mut held);
+    let mut bus = FlatMemory::new(64);
+    compressor.accept(&mut bus, &leaf, NodeIndex(0), Place::Next, &mut ()).unwrap();
+    let refused = compressor.accept(&mut bus, &twice, NodeIndex(1), Place::Next, &mut ());
+    assert_eq!(refused, Err(BuildError::CorruptNode { index: 1 }));
 }

@@ -63,7 +63,7 @@ fn is_canonical(method: &RefitMethod) -> bool {
 fn methods(format: NodeFormat) -> Vec<RefitMethod> {
     match format {
         NodeFormat::Bvh2 => vec![RefitMethod::InPlace(Compression::DEFAULT)],
-        NodeFormat::Shared(_) => Vec::new(),
+        NodeFormat::Wide(_) | NodeFormat::Shared(_) => Vec::new(),
         NodeFormat::Quantized(_) => [RefitMethod::TopDown]
             .into_iter()
             .chain(streams().into_iter().map(RefitMethod::InPlace))
@@ -365,7 +365,7 @@ fn whichever_access_fails_the_error_names_it() {
     for format in &FORMATS[..3] {
         let tree = match format {
             NodeFormat::Bvh2 => exact,
-            NodeFormat::Shared(_) => continue,
+            NodeFormat::Wide(_) | NodeFormat::Shared(_) => continue,
             NodeFormat::Quantized(q) => job.compress(&mut memory, &exact, q, &mut ()).unwrap(),
         };
         let run = |bus: &mut Faulty<FlatMemory>| {

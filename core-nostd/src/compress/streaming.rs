@@ -165,14 +165,16 @@ impl<'a> Compressor<'a> {
         let context = self.compression.estimate(&bounds).ok_or(corrupt)?;
         let mut treelet = Treelet::EMPTY;
         let mut below = [Below::Leaf; 2];
-        let mut taken = 0;
+        let (mut taken, mut at_first) = (0, None);
         for (i, child) in node.children.iter().enumerate() {
             let Child::Inner(index) = child.child else { continue };
             let recent = self.roots.len().saturating_sub(2);
             below[i] = match self.roots[recent..].iter().position(|root| *root == index) {
+                // A subtree has one parent and is one child of it.
+                Some(at) if at_first == Some(at) => return Err(corrupt),
                 Some(at) => {
                     treelet.add(i, self.slots(recent + at));
-                    taken += 1;
+                    (taken, at_first) = (taken + 1, Some(at));
                     Below::Held
                 }
                 // It is in memory in the context that was estimated for it.

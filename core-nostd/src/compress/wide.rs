@@ -145,8 +145,8 @@ impl<'a> WideCompressor<'a> {
         Ok(())
     }
 
-    /// Ends the stream; gives the root as pointers to it say, and how many nodes were written. All nodes
-    /// are then in the contexts that the root gives.
+    /// Ends the stream; gives how many nodes were written, the root last. All nodes are then in the contexts
+    /// that `root` gives.
     ///
     /// # Errors
     /// As [`WideCompressor::accept`].
@@ -155,20 +155,19 @@ impl<'a> WideCompressor<'a> {
         bus: &mut B,
         root: Option<&Subtree>,
         probe: &mut P,
-    ) -> Result<(Option<Subtree>, u32), BuildError<B::Error>> {
-        let mut root = root.copied();
-        if let Some(Subtree { bounds, child: child @ Child::Inner(_) }) = &mut root {
-            let mut list = self.take(&Subtree { bounds: *bounds, child: *child })?;
+    ) -> Result<u32, BuildError<B::Error>> {
+        if let Some(root @ Subtree { bounds, child: Child::Inner(_) }) = root {
+            let mut list = self.take(root)?;
             if self.open > 0 {
                 return Err(BuildError::Unsorted);
             }
             let context = Placement::root(bounds, &self.compression.quantization);
             let context = context.ok_or(BuildError::CorruptNode { index: list.arrival.0 })?;
             self.settle(bus, &mut list, &context, probe)?;
-            *child = Child::Inner(self.write(bus, &list.parts, &context, probe)?);
+            self.write(bus, &list.parts, &context, probe)?;
         }
         self.lines.flush(bus, probe)?;
-        Ok((root, self.written))
+        Ok(self.written)
     }
 
     /// The list of a child: itself, or what is on top of the stack.

@@ -89,6 +89,8 @@ pub enum NodeFormat {
     Bvh2,
     /// 16 or 20 bytes, two quantized boxes: [`QuantizedPair`].
     Quantized(Quantization),
+    /// 32 or 40 bytes, up to four quantized boxes: [`WideNode`].
+    Wide(Quantization),
     /// Words of 8 bytes: [`SharedNode`].
     Shared(Sharing),
 }
@@ -99,6 +101,7 @@ impl NodeFormat {
         match self {
             Self::Bvh2 => Bvh2Node::BYTES as u32,
             Self::Quantized(quantization) => quantization.node_bytes(),
+            Self::Wide(quantization) => quantization.wide_bytes(),
             Self::Shared(_) => SharedNode::WORD_BYTES,
         }
     }

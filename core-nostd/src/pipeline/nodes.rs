@@ -1,10 +1,10 @@
 //! Where completed nodes go.
 
 use super::{BuildConfig, BuildRegions};
-use crate::compress::{Compressor, HeldNode, Place, SharedCompressor};
+use crate::compress::{Compressor, HeldNode, OpenWide, Place, SharedCompressor, WideCompressor};
 use crate::error::{BuildError, RegionName};
 use crate::mem::{BurstWriter, Bus};
-use crate::node::{Bvh2Node, Child, NodeIndex, Subtree};
+use crate::node::{Bvh2Node, Child, NodeIndex, Subtree, Tree};
 use crate::probe::{Probe, Stage};
 
 /// The node port of an emitter: straight to memory, or through the compressor.
@@ -21,10 +21,16 @@ enum Writer<'a> {
     Exact(BurstWriter),
     Quantized(Compressor<'a>),
     Shared(SharedCompressor),
+    Wide(WideCompressor<'a>),
 }
 
 impl<'a> NodePort<'a> {
-    pub fn new(config: &BuildConfig, regions: &BuildRegions, held: &'a mut [HeldNode]) -> Self {
+    pub fn new(
+        config: &BuildConfig,
+        regions: &BuildRegions,
+        held: &'a mut [HeldNode],
+        open: &'a mut [OpenWide],
+    ) -> Self {
         let burst = config.write_burst as usize;
         let writer = match (config.compression, config.sharing) {
             (None, Some(sharing)) => {
@@ -36,6 +42,9 @@ impl<'a> NodePort<'a> {
                 Stage::Emit,
                 burst,
             )),
+            (Some(compression), _) if config.collapse => {
+                Writer::Wide(WideCompressor::new(compression, regions.nodes, open))
+            }
             (Some(compression), _) => {
                 Writer::Quantized(Compressor::new(compression, regions.nodes, held))
             }
@@ -59,6 +68,7 @@ impl<'a> NodePort<'a> {
                 compressor.accept(bus, node, index, Place::Next, probe)?;
             }
             Writer::Shared(compressor) => compressor.accept(bus, node, index, probe)?,
+            Writer::Wide(compressor) => compressor.accept(bus, node, index, probe)?,
         }
         self.count += 1;
         Ok(index)
@@ -83,25 +93,6 @@ impl<'a> NodePort<'a> {
         Ok(())
     }
 
-    /// What [`Tree::node_count`](crate::node::Tree::node_count) is to be.
-    pub const fn count(&self) -> u32 {
-        match &self.writer {
-            Writer::Shared(compressor) => compressor.words(),
-            _ => self.count,
-        }
-    }
-
-    /// The root as the tree's descriptor has it; as the port gave it, unless nodes take several words.
-    pub fn locate(&self, root: Subtree) -> Subtree {
-        match (&self.writer, root.child) {
-            (Writer::Shared(compressor), Child::Inner(_)) => {
-                let last = NodeIndex(compressor.words().saturating_sub(1));
-                Subtree { child: Child::Inner(last), ..root }
-            }
-            _ => root,
-        }
-    }
-
     /// The subtree that was completed last is a cell, to be joined to others later.
     pub fn settle<B: Bus, P: Probe>(
         &mut self,
@@ -109,7 +100,7 @@ impl<'a> NodePort<'a> {
         probe: &mut P,
     ) -> Result<(), BuildError<B::Error>> {
         match &mut self.writer {
-            Writer::Exact(_) | Writer::Shared(_) => Ok(()),
+            Writer::Exact(_) | Writer::Shared(_) | Writer::Wide(_) => Ok(()),
             Writer::Quantized(compressor) => compressor.settle(bus, probe),
         }
     }
@@ -127,24 +118,41 @@ impl<'a> NodePort<'a> {
                 writer.set_stage(stage);
             }
             Writer::Quantized(compressor) => compressor.enter(bus, stage, probe)?,
-            // Comes after a top level only, which is not shared.
-            Writer::Shared(_) => {}
+            // Comes after a top level only, which is neither shared nor collapsed.
+            Writer::Shared(_) | Writer::Wide(_) => {}
         }
         probe.stage(stage);
         Ok(())
     }
 
-    /// All nodes of the tree with `root` have been pushed.
+    /// All nodes of `tree` have been pushed. Its count and its root become those of the nodes written, which
+    /// are others than those pushed where nodes take several words or are collapsed.
     pub fn finish<B: Bus, P: Probe>(
         self,
         bus: &mut B,
-        root: Option<&Subtree>,
+        tree: &mut Tree,
         probe: &mut P,
     ) -> Result<(), BuildError<B::Error>> {
-        match self.writer {
-            Writer::Exact(mut writer) => writer.flush(bus),
-            Writer::Quantized(compressor) => compressor.finish(bus, root, probe),
-            Writer::Shared(compressor) => compressor.finish(bus),
+        tree.node_count = match self.writer {
+            Writer::Exact(mut writer) => {
+                writer.flush(bus)?;
+                self.count
+            }
+            Writer::Quantized(compressor) => {
+                compressor.finish(bus, tree.root.as_ref(), probe)?;
+                self.count
+            }
+            Writer::Shared(compressor) => {
+                let words = compressor.words();
+                compressor.finish(bus)?;
+                words
+            }
+            Writer::Wide(compressor) => compressor.finish(bus, tree.root.as_ref(), probe)?,
+        };
+        // The root is written last, in all formats.
+        if let Some(Subtree { child: Child::Inner(index), .. }) = &mut tree.root {
+            *index = NodeIndex(tree.node_count.saturating_sub(1));
         }
+        Ok(())
     }
 }

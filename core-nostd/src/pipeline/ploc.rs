@@ -78,7 +78,7 @@ impl<'a> PlocWriter<'a> {
         Self {
             chain,
             outputs: Outputs {
-                nodes: NodePort::new(config, regions, held),
+                nodes: NodePort::new(config, regions, held, &mut []),
                 leaf_table: port(regions.leaf_table, RegionName::LeafTable),
                 tree: Tree::empty(config.format(), regions.nodes, regions.leaf_table),
                 list: lists.writer(),
@@ -133,8 +133,8 @@ impl<'a> PlocWriter<'a> {
             let root = root.close(&mut self.outputs.port(bus, scratchpad), probe)?;
             self.outputs.tree.root = Some(root);
         }
-        let Outputs { nodes, mut leaf_table, tree, .. } = self.outputs;
-        nodes.finish(bus, tree.root.as_ref(), probe)?;
+        let Outputs { nodes, mut leaf_table, mut tree, .. } = self.outputs;
+        nodes.finish(bus, &mut tree, probe)?;
         leaf_table.flush(bus)?;
         Ok(tree)
     }

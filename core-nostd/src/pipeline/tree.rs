@@ -34,7 +34,7 @@ impl<'a> TreeWriter<'a> {
     ) -> Self {
         let port =
             |region, name| BurstWriter::new(region, name, Stage::Emit, config.write_burst as usize);
-        let TreeStorage { top, held } = storage;
+        let TreeStorage { top, held, open } = storage;
         let max_leaf_size = config.max_leaf_size;
         let mut emitter = match config.top_level {
             TopLevel::None => Emitter::new(max_leaf_size),
@@ -48,7 +48,7 @@ impl<'a> TreeWriter<'a> {
             emitter,
             cells: CellBuffer::new(prefix(top.cells, config.cells.capacity)),
             top_nodes: prefix(top.nodes, config.cells.capacity),
-            nodes: NodePort::new(config, regions, held),
+            nodes: NodePort::new(config, regions, held, open),
             leaf_table: LeafPort {
                 writer: port(regions.leaf_table, RegionName::LeafTable),
                 held: Deque::new(),
@@ -101,9 +101,7 @@ impl<'a> TreeWriter<'a> {
             self.build_top(bus, top_level, probe)?;
         }
         self.tree.leaf_count = self.emitter.leaves();
-        self.tree.node_count = self.nodes.count();
-        self.tree.root = self.tree.root.map(|root| self.nodes.locate(root));
-        self.nodes.finish(bus, self.tree.root.as_ref(), probe)?;
+        self.nodes.finish(bus, &mut self.tree, probe)?;
         Ok(self.tree)
     }
 

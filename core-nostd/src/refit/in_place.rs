@@ -27,7 +27,7 @@ pub fn refit_in_place<B: Bus, P: Probe>(
 ) -> Result<(Tree, SahCost), BuildError<B::Error>> {
     let Refitted { root, cost } = match tree.format {
         NodeFormat::Bvh2 => refit(bus, tree, triangles, &mut InPlace { nodes: tree.nodes }, probe)?,
-        NodeFormat::Shared(_) => return Err(ConfigError::RefitFormat.into()),
+        NodeFormat::Wide(_) | NodeFormat::Shared(_) => return Err(ConfigError::RefitFormat.into()),
         NodeFormat::Quantized(quantization) => {
             let compression = Compression { quantization, ..*compression };
             compression.check()?;

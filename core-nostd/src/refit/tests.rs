@@ -78,7 +78,9 @@ fn plant(nodes: &[[Child; 2]], marks: &[bool], format: NodeFormat) -> (Memory, T
         let place = &mut memory.bytes[i * stride..][..stride];
         match format {
             NodeFormat::Bvh2 => place.copy_from_slice(&node.to_bytes()),
-            NodeFormat::Shared(_) => unreachable!("these trees are not refitted"),
+            NodeFormat::Wide(_) | NodeFormat::Shared(_) => {
+                unreachable!("these trees are not refitted")
+            }
             NodeFormat::Quantized(Quantization { bits, .. }) => {
                 place.copy_from_slice(&QuantizedPair { children: pair }.to_bytes(bits)[..stride]);
             }

@@ -151,7 +151,9 @@ impl<'a> Source<'a> {
                 quantization.check()?;
                 RegionName::QuantizedNodes
             }
-            NodeFormat::Shared(_) => return Err(ConfigError::RefitFormat.into()),
+            NodeFormat::Wide(_) | NodeFormat::Shared(_) => {
+                return Err(ConfigError::RefitFormat.into());
+            }
         };
         let nodes = used(tree.nodes, name, tree.node_count, tree.format.bytes())?;
         let entry = LeafEntry::BYTES as u32;
@@ -197,7 +199,9 @@ impl<'a> Source<'a> {
                 let view = QuantizedView::new(&bytes, quantization.bits);
                 [view.child(0).child, view.child(1).child]
             }
-            NodeFormat::Shared(_) => return Err(ConfigError::RefitFormat.into()),
+            NodeFormat::Wide(_) | NodeFormat::Shared(_) => {
+                return Err(ConfigError::RefitFormat.into());
+            }
         };
         // Nodes are written children first.
         let first = |child: &Child| !matches!(child, Child::Inner(child) if *child >= index);

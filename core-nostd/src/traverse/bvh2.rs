@@ -9,7 +9,7 @@ use crate::node::{Bvh2Node, Bvh2View, Subtree};
 #[derive(Debug)]
 pub(super) struct Exact;
 
-impl Traversable for Exact {
+impl Traversable<2> for Exact {
     type Context = ();
     type Bytes = [u8; Bvh2Node::BYTES];
     const EMPTY: Self::Bytes = [0; Bvh2Node::BYTES];

@@ -21,9 +21,12 @@ pub use hit::{Barycentric, Hit, Query, TraceError};
 pub use quantized::{Cost, Method, Multipliers, TraversalPoint};
 pub use slab::Slabs;
 
+use self::quantized::{ByPoint, Decompress, Incremental};
+use self::search::search;
+use crate::emit::MAX_DEPTH;
 use crate::geom::Ray;
 use crate::mem::{Bus, Region};
-use crate::node::{NodeFormat, Tree};
+use crate::node::{NodeFormat, Quantization, Tree};
 use crate::probe::Probe;
 
 /// A tree and the triangles that its leaves refer to.
@@ -74,22 +77,47 @@ pub fn trace_by<B: Bus, P: Probe>(
     query: Query,
     probe: &mut P,
 ) -> Result<Option<Hit>, TraceError<B::Error>> {
-    use quantized::{ByPoint, Decompress, Incremental};
-    use search::search;
-    match (scene.tree.format, method) {
-        (NodeFormat::Bvh2, _) => search(&bvh2::Exact, bus, scene, ray, query, probe),
-        (NodeFormat::Quantized(q), Method::Decompress) => {
-            search(&Decompress(q), bus, scene, ray, query, probe)
+    match scene.tree.format {
+        NodeFormat::Bvh2 => {
+            search::<2, MAX_DEPTH, _, _, _>(&bvh2::Exact, bus, scene, ray, query, probe)
         }
-        (NodeFormat::Quantized(q), Method::TraversalPoint) => {
-            search(&ByPoint(q), bus, scene, ray, query, probe)
+        NodeFormat::Quantized(q) => {
+            trace_quantized::<2, MAX_DEPTH, _, _>((method, q), bus, scene, ray, query, probe)
         }
-        (NodeFormat::Quantized(q), Method::Incremental) => {
-            search(&Incremental(q), bus, scene, ray, query, probe)
+        NodeFormat::Wide(q) => {
+            trace_quantized::<4, WIDE_STACK, _, _>((method, q), bus, scene, ray, query, probe)
         }
-        (NodeFormat::Shared(sharing), _) => {
+        NodeFormat::Shared(sharing) => {
             let format = shared::Shared { sharing, entry_count: scene.tree.entry_count };
-            search(&format, bus, scene, ray, query, probe)
+            search::<2, MAX_DEPTH, _, _, _>(&format, bus, scene, ray, query, probe)
+        }
+    }
+}
+
+/// Of four children up to three wait, however little of the binary tree's depth is behind.
+const WIDE_STACK: usize = 3 * MAX_DEPTH;
+
+#[inline]
+fn trace_quantized<const N: usize, const D: usize, B: Bus, P: Probe>(
+    (method, quantization): (Method, Quantization),
+    bus: &mut B,
+    scene: &Scene,
+    ray: &Ray,
+    query: Query,
+    probe: &mut P,
+) -> Result<Option<Hit>, TraceError<B::Error>> {
+    match method {
+        Method::Decompress => {
+            let format = Decompress::<N>(quantization);
+            search::<N, D, _, _, _>(&format, bus, scene, ray, query, probe)
+        }
+        Method::TraversalPoint => {
+            let format = ByPoint::<N>(quantization);
+            search::<N, D, _, _, _>(&format, bus, scene, ray, query, probe)
+        }
+        Method::Incremental => {
+            let format = Incremental::<N>(quantization);
+            search::<N, D, _, _, _>(&format, bus, scene, ray, query, probe)
         }
     }
 }

@@ -4,7 +4,6 @@ use heapless::Vec;
 
 use super::slab::Slabs;
 use super::{Hit, Query, Scene, TraceError};
-use crate::emit::MAX_DEPTH;
 use crate::error::RegionName;
 use crate::geom::{Intersection, PrimIndex, Ray, Triangle};
 use crate::mem::{Bus, Region};
@@ -12,8 +11,8 @@ use crate::node::{Child, LeafEntry, NodeIndex, Subtree};
 use crate::num::Grid;
 use crate::probe::Probe;
 
-/// A node format as the search sees it.
-pub(super) trait Traversable {
+/// A node format as the search sees it: nodes of up to `N` children.
+pub(super) trait Traversable<const N: usize> {
     /// What must be known of a node to test its children.
     type Context: Copy;
     /// A node's bytes.
@@ -39,7 +38,13 @@ pub(super) trait Traversable {
         bytes: &Self::Bytes,
         context: &Self::Context,
         t_max: i64,
-    ) -> Option<[Option<Pending<Self::Context>>; 2]>;
+    ) -> Option<[Option<Pending<Self::Context>>; N]>;
+
+    /// How many children the node has, each with a box to test.
+    #[inline(always)]
+    fn boxes(&self, _bytes: &Self::Bytes) -> usize {
+        N
+    }
 }
 
 /// A subtree that is still to be searched.
@@ -65,10 +70,10 @@ impl Best {
 
 /// Finds the answer to `query`. See [`super::trace`] for the contract.
 ///
-/// Of two children that are hit, the one that the ray enters first is searched first; the first
-/// child on a tie. Nodes and leaf entries are counted: a tree holds each once, so exceeding the
+/// Children that are hit are searched in the order in which the ray enters them, on a tie in that of
+/// the node; at most `D` subtrees wait. Nodes and leaf entries are counted: a tree holds each once, so exceeding the
 /// count proves that memory is corrupt and bounds the work.
-pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
+pub(super) fn search<const N: usize, const D: usize, F: Traversable<N>, B: Bus, P: Probe>(
     format: &F,
     bus: &mut B,
     scene: &Scene,
@@ -97,7 +102,7 @@ pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
     let room = |region: Region, stride: u32| region.size / stride + 1;
     let mut nodes_left = tree.node_count.min(room(tree.nodes, stride));
     let mut entries_left = tree.entry_count.min(room(tree.leaf_table, LeafEntry::BYTES as u32));
-    let mut stack = Vec::<Pending<F::Context>, MAX_DEPTH>::new();
+    let mut stack = Vec::<Pending<F::Context>, D>::new();
     let mut next = Some(Pending { child: root.child, entry, context });
     let mut bytes = F::EMPTY;
     while let Some(Pending { child, entry, context }) = next.take() {
@@ -131,18 +136,17 @@ pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
                         probe.node_fetch(addr, stride);
                         have += stride as usize;
                     }
-                    probe.box_test();
-                    probe.box_test();
+                    for _ in 0..format.boxes(&bytes) {
+                        probe.box_test();
+                    }
                     let children = format.children(ray, &bytes, &context, best.t_max);
-                    next = match children.ok_or(corrupt)? {
-                        [Some(a), Some(b)] => {
-                            let (near, far) = if a.entry <= b.entry { (a, b) } else { (b, a) };
-                            stack.push(far).map_err(|_| corrupt)?;
-                            probe.stack_push(stack.len());
-                            Some(near)
-                        }
-                        [one, None] | [None, one] => one,
-                    };
+                    let mut children = children.ok_or(corrupt)?;
+                    order(&mut children);
+                    for far in children[1..].iter().rev().flatten() {
+                        stack.push(*far).map_err(|_| corrupt)?;
+                        probe.stack_push(stack.len());
+                    }
+                    next = children[0];
                 }
             }
         }
@@ -154,6 +158,23 @@ pub(super) fn search<F: Traversable, B: Bus, P: Probe>(
         }
     }
     Ok(best.into_hit())
+}
+
+/// Puts the child that is entered first in front, and those that are missed last.
+#[inline(always)]
+fn order<C: Copy, const N: usize>(children: &mut [Option<Pending<C>>; N]) {
+    for end in 1..N {
+        for at in (0..end).rev() {
+            let after = match (&children[at], &children[at + 1]) {
+                (Some(a), Some(b)) => a.entry > b.entry,
+                (first, second) => first.is_none() && second.is_some(),
+            };
+            if !after {
+                break;
+            }
+            children.swap(at, at + 1);
+        }
+    }
 }
 
 /// Which region holds nodes of this size.

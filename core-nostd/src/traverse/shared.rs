@@ -18,7 +18,7 @@ pub(super) struct Shared {
 
 const WORD: usize = SharedNode::WORD_BYTES as usize;
 
-impl Traversable for Shared {
+impl Traversable<2> for Shared {
     type Context = SharedContext;
     /// The node, then its extensions from the last to the first.
     type Bytes = [u8; WORD * SharedNode::MAX_WORDS];

@@ -257,11 +257,13 @@ impl TraceJob {
         let (node, present) = match self.tree.format {
             NodeFormat::Bvh2 => (regs::NodeFormat::Bvh2, can.features.node_bvh2()),
             NodeFormat::Quantized(_) => (regs::NodeFormat::Cbvh, can.features.node_cbvh()),
-            NodeFormat::Shared(_) => (regs::NodeFormat::Cbvh, false),
+            NodeFormat::Wide(_) | NodeFormat::Shared(_) => (regs::NodeFormat::Cbvh, false),
         };
         supported(present, "tracing this node format")?;
         let coords = match self.tree.format {
-            NodeFormat::Bvh2 | NodeFormat::Shared(_) => regs::CoordMode::Relative,
+            NodeFormat::Bvh2 | NodeFormat::Wide(_) | NodeFormat::Shared(_) => {
+                regs::CoordMode::Relative
+            }
             NodeFormat::Quantized(quantization) => {
                 let Quantization { coordinates: which, .. } = quantization;
                 let plain = Quantization { coordinates: which, ..Quantization::RELATIVE };

@@ -49,7 +49,7 @@ impl Buffers {
     fn parts(&mut self) -> (Workspace<'_>, TreeStorage<'_>) {
         let Self { sort, cells, top_nodes } = self;
         let top = TopStorage { cells, nodes: top_nodes };
-        (sort.workspace(), TreeStorage { top, held: &mut [] })
+        (sort.workspace(), TreeStorage { top, held: &mut [], open: &mut [] })
     }
 }
 
@@ -192,7 +192,9 @@ impl Plan {
         let quantization = match self.blob.header.format {
             NodeFormat::Quantized(quantization) => quantization,
             // The blob's header has no name for shared planes.
-            NodeFormat::Bvh2 | NodeFormat::Shared(_) => Quantization::RELATIVE,
+            NodeFormat::Bvh2 | NodeFormat::Wide(_) | NodeFormat::Shared(_) => {
+                Quantization::RELATIVE
+            }
         };
         compress_top_down(bus, exact, self.layout.quantized_nodes, &quantization, stages)
             .map_err(JobError::Build)

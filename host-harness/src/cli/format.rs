@@ -9,9 +9,9 @@ use super::CliError;
 /// The format of nodes.
 #[derive(Debug, Clone, Args)]
 pub(super) struct FormatArgs {
-    /// Nodes: bvh2 is two exact boxes in 64 bytes, cbvh two quantized ones in 16, cbvh8 two that take
-    /// half of their planes from their parent, in 8, made as nodes are emitted [default: bvh2, or cbvh
-    /// if an option about it is given]
+    /// Nodes: bvh2 is two exact boxes in 64 bytes, cbvh two quantized ones in 16, cbvh4 up to four in
+    /// 32, cbvh8 two that take half of their planes from their parent, in 8; the last two are made as
+    /// nodes are emitted [default: bvh2, or cbvh if an option about it is given]
     #[arg(long, value_enum)]
     format: Option<Format>,
     /// How cbvh nodes are made: by a pass from the root down over the finished tree, or bottom-up as
@@ -54,6 +54,8 @@ enum Format {
     Bvh2,
     /// 16 bytes, two quantized boxes
     Cbvh,
+    /// 32 bytes, up to four quantized boxes
+    Cbvh4,
     /// 8 bytes, two quantized boxes that share planes with their parent
     Cbvh8,
 }
@@ -92,13 +94,14 @@ impl FormatArgs {
         let name = match self.format {
             Some(Format::Bvh2) => "bvh2",
             Some(Format::Cbvh8) => "cbvh8",
+            Some(Format::Cbvh4) => "cbvh4",
             _ => "cbvh",
         };
-        if quantized && name != "cbvh" {
+        if quantized && !matches!(name, "cbvh" | "cbvh4") {
             let message = format!(
                 "--compress, --coords, --quant-bits, --min-scale, --treelet-depth, --margin and \
-                 --held-lines are about 16-byte quantized nodes, but --format is {name}; use --format cbvh \
-                 or leave them out"
+                 --held-lines are about nodes of quantized boxes, but --format is {name}; use --format \
+                 cbvh or cbvh4, or leave them out"
             );
             return Err(CliError::Usage(message));
         }
@@ -110,7 +113,13 @@ impl FormatArgs {
         if self.format == Some(Format::Cbvh8) {
             return Ok((NodeFormat::Shared(Sharing::STREAMED), None));
         }
-        if !quantized && self.format != Some(Format::Cbvh) {
+        let wide = self.format == Some(Format::Cbvh4);
+        if wide && self.compress == Some(Compress::Topdown) {
+            let message = "nodes of four children are made as the builder emits them; use --compress \
+                           bottomup or leave it out, or use --format cbvh";
+            return Err(CliError::Usage(message.into()));
+        }
+        if !quantized && !wide && self.format != Some(Format::Cbvh) {
             return Ok((NodeFormat::Bvh2, None));
         }
         let quantization = Quantization {
@@ -130,6 +139,9 @@ impl FormatArgs {
                 Some(lines) => Repairs::InLines(lines),
             },
         };
+        if wide {
+            return Ok((NodeFormat::Wide(quantization), Some(compression)));
+        }
         let streamed = streamed || self.compress == Some(Compress::Bottomup);
         Ok((NodeFormat::Quantized(quantization), streamed.then_some(compression)))
     }

@@ -206,6 +206,7 @@ impl TreeArgs {
             max_leaf_size: self.max_leaf,
             emitter: self.emitter()?,
             compression,
+            collapse: matches!(format, NodeFormat::Wide(_)),
             sharing: match format {
                 NodeFormat::Shared(sharing) => Some(sharing),
                 _ => None,

@@ -151,6 +151,9 @@ impl MachineConfig {
         if self.build.sharing.is_some() {
             return Err(Error::Sharing);
         }
+        if self.build.collapse {
+            return Err(Error::Collapse);
+        }
         if matches!(self.build.top_level, TopLevel::Atrbvh(_)) {
             return Err(Error::TopLevel);
         }
@@ -180,6 +183,9 @@ pub enum MachineConfigError {
     /// There is no unit that shares planes.
     #[error("shared-plane nodes have no unit; use the function engine, or 16-byte nodes")]
     Sharing,
+    /// There is no unit that collapses nodes.
+    #[error("nodes of four children have no unit; use the function engine, or 16-byte nodes")]
+    Collapse,
     /// There is no unit that restructures treelets.
     #[error("ATRBVH is software on the soft core, no unit; use the function engine, or `binned`")]
     TopLevel,

@@ -234,6 +234,10 @@ impl BuildReport {
         match format {
             NodeFormat::Bvh2 => ("bvh2", None),
             NodeFormat::Shared(_) => ("cbvh8", None),
+            NodeFormat::Wide(quantization) => match quantization.coordinates {
+                Coordinates::Relative => ("cbvh4", Some("relative")),
+                Coordinates::Modulo => ("cbvh4", Some("modulo")),
+            },
             NodeFormat::Quantized(quantization) => match quantization.coordinates {
                 Coordinates::Relative => ("cbvh", Some("relative")),
                 Coordinates::Modulo => ("cbvh", Some("modulo")),

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use heapless::Vec as FixedVec;
-use xylem_core::compress::{HeldNode, compress_top_down};
+use xylem_core::compress::{HeldNode, OpenWide, compress_top_down};
 use xylem_core::emit::Cell;
 use xylem_core::error::{BuildError, ConfigError};
 use xylem_core::geom::Triangle;
@@ -201,7 +201,10 @@ pub fn job<B: Bus, P: Probe>(
         // The pass from the root down is no part of the core for shared planes; a build that wants them
         // streams them.
         (NodeFormat::Bvh2, NodeFormat::Shared(_)) => Err(ConfigError::Sharing.into()),
-        (NodeFormat::Quantized(_) | NodeFormat::Shared(_), _) => Ok((built, None)),
+        (NodeFormat::Bvh2, NodeFormat::Wide(_)) => Err(ConfigError::Collapse.into()),
+        (NodeFormat::Quantized(_) | NodeFormat::Shared(_) | NodeFormat::Wide(_), _) => {
+            Ok((built, None))
+        }
     }
 }
 
@@ -217,6 +220,7 @@ pub struct Buffers {
     cells: Vec<Cell>,
     top_nodes: Vec<TopNode>,
     held: Vec<HeldNode>,
+    open: Vec<OpenWide>,
 }
 
 impl Buffers {
@@ -233,6 +237,7 @@ impl Buffers {
             cells: vec![Cell::EMPTY; cells],
             top_nodes: vec![TopNode::EMPTY; cells],
             held: vec![HeldNode::EMPTY; config.compression.map_or(0, |c| c.held_nodes())],
+            open: vec![OpenWide::EMPTY; if config.collapse { OpenWide::STACK } else { 0 }],
         }
     }
 
@@ -243,9 +248,10 @@ impl Buffers {
 
     /// All storage: the sorter's and that of what follows it.
     pub fn parts(&mut self) -> (Workspace<'_>, TreeStorage<'_>) {
-        let Self { items, queues, heap, cells, top_nodes, held } = self;
+        let Self { items, queues, heap, cells, top_nodes, held, open } = self;
         let workspace = Workspace { items, queues: &mut **queues, heap: &mut **heap };
-        (workspace, TreeStorage { top: TopStorage { cells, nodes: top_nodes }, held })
+        let top = TopStorage { cells, nodes: top_nodes };
+        (workspace, TreeStorage { top, held, open })
     }
 }
 

@@ -6,13 +6,13 @@
 use super::Bytes;
 use crate::compress::{Context, Placement};
 use crate::geom::Ray;
-use crate::node::{Quantization, QuantizedPair, Subtree};
+use crate::node::{Quantization, Subtree, WideNode};
 use crate::traverse::search::{Pending, Traversable};
 use crate::traverse::slab::Slabs;
 
-/// Pairs of any width and coordinates.
+/// Nodes of `N` children, 2 or 4, and any width and coordinates.
 #[derive(Debug)]
-pub(in crate::traverse) struct Incremental(pub Quantization);
+pub(in crate::traverse) struct Incremental<const N: usize>(pub Quantization);
 
 /// What the search keeps of a node: its grid and its plane distances.
 #[derive(Clone, Copy, Debug)]
@@ -21,15 +21,20 @@ pub(in crate::traverse) struct State {
     slabs: Slabs,
 }
 
-impl Traversable for Incremental {
+impl<const N: usize> Traversable<N> for Incremental<N> {
     type Context = State;
     type Bytes = Bytes;
-    const EMPTY: Bytes = [0; QuantizedPair::MAX_BYTES];
+    const EMPTY: Bytes = [0; WideNode::MAX_BYTES];
 
     fn root(&self, ray: &Ray, root: &Subtree, _: i64) -> Option<State> {
         let placement = Placement::root(&root.bounds, &self.0)?;
         let slabs = Slabs::new(ray, &placement.decoded());
         Some(State { context: placement.context, slabs })
+    }
+
+    #[inline(always)]
+    fn boxes(&self, bytes: &Bytes) -> usize {
+        super::boxes::<N>(&self.0, bytes)
     }
 
     #[inline(always)]
@@ -39,7 +44,7 @@ impl Traversable for Incremental {
         bytes: &Bytes,
         State { context, slabs }: &State,
         t_max: i64,
-    ) -> Option<[Option<Pending<State>>; 2]> {
+    ) -> Option<[Option<Pending<State>>; N]> {
         super::children(&self.0, bytes, context, |cells| {
             let slabs = slabs.step(ray, context, cells);
             let entry = slabs.entry(ray, ray.t_min().to_bits(), t_max)?;

@@ -1,4 +1,4 @@
-//! Traversal of quantized pairs, in three ways.
+//! Traversal of quantized pairs and wide nodes, in three ways.
 //!
 //! All of them find the same hits. They differ in what the search keeps of a node, in what they
 //! multiply to test the boxes of its children, and in how much wider than decoded a box appears:
@@ -23,7 +23,7 @@ pub use point::TraversalPoint;
 
 use super::search::Pending;
 use crate::compress::{CellBox, Context};
-use crate::node::{Quantization, QuantizedPair, QuantizedView};
+use crate::node::{Quantization, QuantizedChild, QuantizedView, WideNode, WideView};
 
 /// How the boxes of quantized nodes are tested.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default)]
@@ -48,23 +48,43 @@ impl Method {
 }
 
 /// The bytes of a node.
-type Bytes = [u8; QuantizedPair::MAX_BYTES];
+type Bytes = [u8; WideNode::MAX_BYTES];
 
-/// Decodes both children and tests their boxes, or gives `None` if one leaves its parent's. `test`
+/// Child `i` of a node of `N`, if it has that many.
+#[inline(always)]
+fn child<const N: usize>(
+    quantization: &Quantization,
+    bytes: &Bytes,
+    i: usize,
+) -> Option<QuantizedChild> {
+    if N == 2 {
+        let pair = bytes.first_chunk()?;
+        return Some(QuantizedView::new(pair, quantization.bits).child(i));
+    }
+    WideView::new(bytes, quantization.bits).child(i)
+}
+
+/// How many children a node has.
+#[inline(always)]
+fn boxes<const N: usize>(quantization: &Quantization, bytes: &Bytes) -> usize {
+    if N == 2 { N } else { (0..N).filter_map(|i| child::<N>(quantization, bytes, i)).count() }
+}
+
+/// Decodes the children and tests their boxes, or gives `None` if one leaves its parent's. `test`
 /// gives the time at which a box is entered and what to keep of the child.
 #[inline(always)]
-fn children<C>(
+fn children<C: Copy, const N: usize>(
     quantization: &Quantization,
     bytes: &Bytes,
     context: &Context,
     test: impl Fn(&CellBox) -> Option<(i64, C)>,
-) -> Option<[Option<Pending<C>>; 2]> {
-    let view = QuantizedView::new(bytes, quantization.bits);
-    let one = |i| {
-        let child = view.child(i);
-        let cells = context.decode(&child, quantization)?;
-        let pending = |(entry, context)| Pending { child: child.child, entry, context };
-        Some(test(&cells).map(pending))
-    };
-    Some([one(0)?, one(1)?])
+) -> Option<[Option<Pending<C>>; N]> {
+    let mut children = [None; N];
+    for (i, pending) in children.iter_mut().enumerate() {
+        let Some(code) = child::<N>(quantization, bytes, i) else { continue };
+        let cells = context.decode(&code, quantization)?;
+        let found = |(entry, context)| Pending { child: code.child, entry, context };
+        *pending = test(&cells).map(found);
+    }
+    Some(children)
 }

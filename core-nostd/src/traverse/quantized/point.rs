@@ -56,7 +56,7 @@ use super::Bytes;
 use super::cost::{POINT_FRACTION, point_mantissa};
 use crate::compress::{CellBox, Placement};
 use crate::geom::{Axis, Ray};
-use crate::node::{Quantization, QuantizedPair, Subtree};
+use crate::node::{Quantization, Subtree, WideNode};
 use crate::traverse::search::{Pending, Traversable};
 use crate::traverse::slab::Slabs;
 
@@ -136,17 +136,22 @@ impl TraversalPoint {
     }
 }
 
-/// Pairs of any width and coordinates, tested from a point on the ray near the node.
+/// Nodes of `N` children, 2 or 4, and any width and coordinates, tested from a point on the ray near the node.
 #[derive(Debug)]
-pub(in crate::traverse) struct ByPoint(pub Quantization);
+pub(in crate::traverse) struct ByPoint<const N: usize>(pub Quantization);
 
-impl Traversable for ByPoint {
+impl<const N: usize> Traversable<N> for ByPoint<N> {
     type Context = TraversalPoint;
     type Bytes = Bytes;
-    const EMPTY: Bytes = [0; QuantizedPair::MAX_BYTES];
+    const EMPTY: Bytes = [0; WideNode::MAX_BYTES];
 
     fn root(&self, ray: &Ray, root: &Subtree, entry: i64) -> Option<TraversalPoint> {
         Some(TraversalPoint::root(ray, Placement::root(&root.bounds, &self.0)?, entry))
+    }
+
+    #[inline(always)]
+    fn boxes(&self, bytes: &Bytes) -> usize {
+        super::boxes::<N>(&self.0, bytes)
     }
 
     #[inline(always)]
@@ -156,7 +161,7 @@ impl Traversable for ByPoint {
         bytes: &Bytes,
         point: &TraversalPoint,
         t_max: i64,
-    ) -> Option<[Option<Pending<TraversalPoint>>; 2]> {
+    ) -> Option<[Option<Pending<TraversalPoint>>; N]> {
         let position = point.position(ray);
         let (t_min, t_max) = (ray.t_min().to_bits() - point.time, t_max - point.time);
         super::children(&self.0, bytes, &point.placement.context, |cells| {

@@ -103,7 +103,7 @@ pub fn build<P: Port>(
     let mut cells = config.top_cells();
     let top = TopStorage { cells: &mut cells, nodes: &mut [] };
     let mut held = config.held_nodes();
-    let mut storage = TreeStorage { top, held: &mut held };
+    let mut storage = TreeStorage { top, held: &mut held, open: &mut [] };
     let passes = config.further_passes(count);
     let tail = if Tail::is_plain(&build) {
         Tail::Emitter(EmitterUnit::new(&build, regions))
