@@ -33,6 +33,7 @@ pub mod scenes;
 mod setup;
 mod shared_plane;
 mod utilisation;
+mod wide;
 
 use xylem_core::traverse::TraceError;
 
@@ -79,6 +80,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     p3_table2::FIGURE,
     p3_quality::EXPERIMENT,
     shared_plane::EXPERIMENT,
+    wide::EXPERIMENT,
 ];
 
 /// What [`DoyleModel::PAPER`](crate::baseline::DoyleModel::PAPER) is, in words.

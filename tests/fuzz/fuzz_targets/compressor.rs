@@ -4,10 +4,12 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use xylem_core::compress::{Compression, Compressor, HeldNode, MAX_LINES, Place, Repairs};
+use xylem_core::compress::{
+    Compression, Compressor, HeldNode, MAX_LINES, OpenWide, Place, Repairs, WideCompressor,
+};
 use xylem_core::error::BuildError;
 use xylem_core::mem::{Bus, ByteAddr, Region};
-use xylem_core::node::{Bvh2Node, Bvh2View, NodeFormat, NodeIndex, Tree};
+use xylem_core::node::{Bvh2Node, Bvh2View, Child, NodeFormat, NodeIndex, Subtree, Tree};
 use xylem_core::quality;
 use xylem_core::traverse::{Method, Query, Scene, trace_by};
 use xylem_fuzz::{Input, Memory, OutOfMemory, pristine};
@@ -42,6 +44,13 @@ impl Bus for Treacherous<'_> {
     }
 }
 
+/// The two compressors.
+#[expect(clippy::large_enum_variant, reason = "there is one at a time")]
+enum Either<'a> {
+    Pairs(Compressor<'a>),
+    Wide(WideCompressor<'a>),
+}
+
 fuzz_target!(|data: &[u8]| {
     let mut input = Input(data);
     let kind = input.byte();
@@ -66,7 +75,7 @@ fuzz_target!(|data: &[u8]| {
     let given = if own { input.0 } else { nodes(&whole.bytes, &source) };
     let count = (given.len() / Bvh2Node::BYTES).min(1024) as u32;
     let base = whole.bytes.len() as u32;
-    let region = Region::new(base, count * quantization.node_bytes());
+    let region = Region::new(base, count * quantization.wide_bytes());
     let mut bytes = whole.bytes.clone();
     bytes.resize((base + region.size) as usize, 0);
     // A node is read back at most once for each that comes after it, and written as often.
@@ -76,23 +85,42 @@ fuzz_target!(|data: &[u8]| {
     let mut bus = Treacherous { memory, damage, nodes: region };
 
     let mut held = vec![HeldNode::EMPTY; compression.held_nodes()];
-    let mut compressor = Compressor::new(compression, region, &mut held);
+    let mut open = vec![OpenWide::EMPTY; OpenWide::STACK];
+    let mut compressor = if kind & 32 == 0 {
+        Either::Pairs(Compressor::new(compression, region, &mut held))
+    } else {
+        Either::Wide(WideCompressor::new(compression, region, &mut open))
+    };
     let mut sent = 0;
     let outcome = given.chunks_exact(Bvh2Node::BYTES).take(count as usize).try_for_each(|node| {
         let view = node.try_into().expect("64 bytes");
         let Some(node) = Bvh2View::new(view).to_repr() else { return Ok(()) };
         let index = NodeIndex(sent);
         sent += 1;
-        compressor.accept(&mut bus, &node, index, Place::Next, &mut ())
+        match &mut compressor {
+            Either::Pairs(pairs) => pairs.accept(&mut bus, &node, index, Place::Next, &mut ()),
+            Either::Wide(wide) => wide.accept(&mut bus, &node, index, &mut ()),
+        }
     });
     let root = if own { None } else { source.root };
-    let outcome = outcome.and_then(|()| compressor.finish(&mut bus, root.as_ref(), &mut ()));
+    let outcome = outcome.and_then(|()| {
+        let (root, bus) = (root.as_ref(), &mut bus);
+        match compressor {
+            Either::Pairs(pairs) => {
+                pairs.finish(bus, root, &mut ()).map(|()| (NodeFormat::Quantized(quantization), sent))
+            }
+            Either::Wide(wide) => {
+                wide.finish(bus, root, &mut ()).map(|count| (NodeFormat::Wide(quantization), count))
+            }
+        }
+    });
     match outcome {
         Err(BuildError::Internal) if !own => panic!("the compressor lost its way"),
         Err(_) => {}
-        Ok(()) => {
-            let format = NodeFormat::Quantized(quantization);
-            let tree = Tree { format, nodes: region, node_count: sent, ..source };
+        Ok((format, node_count)) => {
+            let last = Child::Inner(NodeIndex(node_count.saturating_sub(1)));
+            let root = source.root.map(|root| Subtree { child: last, ..root });
+            let tree = Tree { format, nodes: region, node_count, root, ..source };
             let scene = Scene { tree, ..whole.scene };
             let mut memory = bus.memory;
             memory.accesses_left = 1 << 16;

@@ -8,7 +8,7 @@ use xylem_core::mem::Region;
 use xylem_core::node::{Child, NodeIndex};
 use xylem_core::quality;
 use xylem_core::traverse::{Method, Query, Scene, trace_by};
-use xylem_fuzz::{Input, Memory, pristine, quantized};
+use xylem_fuzz::{Input, Memory, pristine, quantized, wide};
 
 /// The least and the most bytes of nodes of which nothing is sound.
 const RAW: std::ops::RangeInclusive<usize> = 4096..=65536;
@@ -18,6 +18,8 @@ fuzz_target!(|data: &[u8]| {
     let mode = input.byte();
     let (bytes, scene) = if mode & 7 == 0 {
         (pristine().bytes.clone(), pristine().scene)
+    } else if mode & 1 == 0 {
+        wide(&input.quantization())
     } else {
         quantized(&input.quantization())
     };
@@ -69,10 +71,10 @@ fn raw(input: &mut Input<'_>, memory: &mut Memory, scene: &mut Scene, plausible:
     memory.nodes = scene.tree.nodes;
     memory.before.clear();
     memory.bytes.extend(pattern.iter().cycle().take(len));
-    if plausible & 1 == 1 && stride == 16 {
+    if plausible & 1 == 1 && matches!(stride, 16 | 32) {
         // Pointers to nodes before and to leaves that exist, so that ways down are longer.
         for index in 0..scene.tree.node_count {
-            for half in 0..2 {
+            for half in 0..stride / 8 {
                 let at = (base + index * stride + 8 * half + 4) as usize;
                 let word = u32::from_le_bytes(memory.bytes[at..at + 4].try_into().expect("four"));
                 let bound = if word >> 4 & 1 == 1 { scene.tree.entry_count } else { index.max(1) };

@@ -5,7 +5,7 @@ mod memory;
 mod scene;
 
 pub use memory::{Memory, OutOfMemory};
-pub use scene::{Pristine, pristine, quantized};
+pub use scene::{Pristine, pristine, quantized, wide};
 
 use xylem_core::geom::Ray;
 use xylem_core::node::{Coordinates, Quantization};

@@ -4,10 +4,12 @@ use std::collections::HashMap;
 use std::sync::{Mutex, OnceLock};
 
 use glam::IVec3;
-use xylem_core::compress::compress_top_down;
+use xylem_core::compress::{Compression, OpenWide, WideCompressor, compress_top_down};
 use xylem_core::geom::Triangle;
 use xylem_core::mem::{Bus, ByteAddr, Region};
-use xylem_core::node::Quantization;
+use xylem_core::node::{
+    Bvh2Node, Bvh2View, Child, NodeFormat, NodeIndex, Quantization, Subtree, Tree,
+};
 use xylem_core::pipeline::{BuildConfig, BuildRegions, build};
 use xylem_core::sort::{InputFormat, SortBuffers, SortConfig};
 use xylem_core::traverse::Scene;
@@ -43,6 +45,38 @@ pub fn quantized(quantization: &Quantization) -> (Vec<u8>, Scene) {
         let tree =
             compress_top_down(&mut memory, &scene.tree, QUANTIZED, quantization, &mut ());
         (memory.bytes, Scene { tree: tree.expect("the tree is sound"), ..*scene })
+    });
+    (bytes.clone(), *scene)
+}
+
+/// The scene with quantized nodes of up to four children.
+pub fn wide(quantization: &Quantization) -> (Vec<u8>, Scene) {
+    static TREES: OnceLock<Mutex<HashMap<Quantization, (Vec<u8>, Scene)>>> = OnceLock::new();
+    let mut trees = TREES.get_or_init(Mutex::default).lock().expect("no panic is survived");
+    let (bytes, scene) = trees.entry(*quantization).or_insert_with(|| {
+        let Pristine { bytes, scene, .. } = pristine();
+        let mut memory = memory(bytes.clone());
+        let compression = Compression { quantization: *quantization, ..Compression::DEFAULT };
+        let mut open = vec![OpenWide::EMPTY; OpenWide::STACK];
+        let region = Region { size: 40 * COUNT, ..QUANTIZED };
+        memory.bytes.resize((region.base.0 + region.size) as usize, 0);
+        let mut compressor = WideCompressor::new(compression, region, &mut open);
+        let at = scene.tree.nodes.base.0 as usize;
+        let nodes = bytes[at..].chunks_exact(Bvh2Node::BYTES).take(scene.tree.node_count as usize);
+        for (index, node) in (0..).map(NodeIndex).zip(nodes) {
+            let node = Bvh2View::new(node.try_into().expect("64 bytes")).to_repr();
+            let node = node.expect("the tree is sound");
+            let accepted = compressor.accept(&mut memory, &node, index, &mut ());
+            accepted.expect("the tree is sound");
+        }
+        let count = compressor.finish(&mut memory, scene.tree.root.as_ref(), &mut ());
+        let count = count.expect("the tree is sound");
+        let child = Child::Inner(NodeIndex(count - 1));
+        let root = scene.tree.root.map(|root| Subtree { child, ..root });
+        let format = NodeFormat::Wide(*quantization);
+        let nodes = Region { size: format.bytes() * count, ..region };
+        let tree = Tree { format, nodes, root, node_count: count, ..scene.tree };
+        (memory.bytes, Scene { tree, ..*scene })
     });
     (bytes.clone(), *scene)
 }
