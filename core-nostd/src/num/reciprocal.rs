@@ -10,8 +10,9 @@
 //!
 //! Distances stay *in mantissa units* (`x · m`, a [`PlaneOffset`]) while a traversal descends, which
 //! bounds them by the distance itself: 32 bits, whatever the direction. Only to compare the axes
-//! are they shifted by `31 - k` to a common [`Time`], which is exact. A rounding error in mantissa
-//! units is one of at most 1/32 grid unit *in space* along that axis, on every axis alike.
+//! are they shifted by `31 - k` to a common [`Time`], which is exact. Errors are in space along that
+//! axis, whatever the direction: rounding a product costs less than 1/64 grid unit, and rounding the
+//! mantissa to 24 bits the distance times 2⁻²³ at most, a few grid units for the farthest planes.
 
 use fixed::types::extra::{U6, U24};
 use fixed::{FixedI32, FixedI64, FixedU32};
