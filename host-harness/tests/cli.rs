@@ -511,7 +511,7 @@ fn wrong_usage_exits_with_2_and_says_what_is_right() {
     let place = Place::new().with("a.obj", TRIANGLE);
     let cases: &[(&[&str], &str)] = &[
         (&["build"], "<SCENE>"),
-        (&["build", "a.obj", "--format", "mbvh4"], "[possible values: bvh2, cbvh]"),
+        (&["build", "a.obj", "--format", "mbvh4"], "[possible values: bvh2, cbvh, cbvh4, cbvh8]"),
         (&["build", "a.obj", "--engine", "gates"], "[possible values: function, cycle]"),
         (&["build", "a.obj", "--compress", "bottomup"], "[possible values: topdown]"),
         (&["build", "a.obj", "--memory", "dram"], "[possible values: ideal, slow, medium"),

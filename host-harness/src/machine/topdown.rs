@@ -163,6 +163,6 @@ mod tests {
             }
         }
         let failure = compress(&mut memory, &tree, target, &quantization, &mut Dead, 1000);
-        assert!(failure.unwrap_err().to_string().contains("did not answer"));
+        assert!(failure.unwrap_err().to_string().contains("TimeOut"));
     }
 }
