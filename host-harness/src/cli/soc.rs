@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::ValueEnum;
 use xylem_core::emit::{CellConfig, EmitterKind};
 use xylem_core::geom::Ray;
+use xylem_core::node::NodeFormat;
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::refit::{Factor, RebuildRule};
 use xylem_firmware::job::MAX_CELLS;
@@ -109,10 +110,16 @@ impl From<EngineArg> for Engine {
 /// The cells of the top level, as far as the firmware has storage for them.
 ///
 /// # Errors
-/// [`CliError::Usage`] for more than that, and for an emitter that the firmware does not run.
+/// [`CliError::Usage`] for more than that, and for an emitter or a compressor that the firmware does not
+/// run.
 fn cells(args: &TreeArgs, config: &BuildConfig) -> Result<CellConfig, CliError> {
     if config.emitter != EmitterKind::Lbvh {
         let message = "the firmware builds with --emitter lbvh only; leave --emitter out";
+        return Err(CliError::Usage(message.into()));
+    }
+    if config.format() != NodeFormat::Bvh2 {
+        let message = "the firmware compresses finished trees to cbvh nodes from the root down; use \
+                       --compress topdown, and --format cbvh or bvh2";
         return Err(CliError::Usage(message.into()));
     }
     let most = MAX_CELLS as u32;
