@@ -8,6 +8,7 @@
 //! Models are named as the papers name them ([`scenes`]). One that is not at hand is listed as
 //! missing.
 
+mod beyond;
 mod lab;
 mod outcome;
 mod p1_fig4;

@@ -1,10 +1,10 @@
 //! P3 §5.4: what quantized trees cost when rays are traced.
 
-use rayon::prelude::*;
 use xylem_core::geom::Ray;
 use xylem_core::node::Coordinates;
 use xylem_core::traverse::{Method, Query};
 
+use super::beyond;
 use super::paper::p3;
 use super::{
     Column, Experiment, ExperimentError, Lab, Loaded, Outcome, Table, Value, scenes, setup,
@@ -12,7 +12,7 @@ use super::{
 use crate::report::close_up;
 use crate::report::html::Source;
 use crate::run::{self, BuildOptions, BuildRun, Sums};
-use crate::scene::{GridRay, UpAxis, sampling};
+use crate::scene::UpAxis;
 
 /// The experiment.
 pub const EXPERIMENT: Experiment = Experiment {
@@ -111,22 +111,12 @@ fn measure(loaded: &Loaded) -> Result<[Row; 2], ExperimentError> {
     let (exact, top_down) = (separate.exact.unwrap_or(separate.scene), separate.scene);
 
     let camera = close_up(mesh, UpAxis::Y, 128, 96);
-    let on_grid = |ray: &_| GridRay::new(&mesh.frame, ray);
-    let primary: Vec<GridRay> = camera.rays().iter().map(on_grid).collect();
-    let cores = |rays: &[GridRay]| rays.iter().map(|ray| ray.core().copied()).collect::<Vec<_>>();
+    let [primary, diffuse] = beyond::rays(mesh, &camera, &separate.memory, &exact)?;
     let trace = |run: &BuildRun, scene, method, rays: &[Option<Ray>], query| {
         run::trace_by(method, &run.memory, scene, rays, query)
             .map_err(|source| ExperimentError::Trace { scene: mesh.name.clone(), source })
     };
-    let first = trace(&separate, &exact, Method::default(), &cores(&primary), Query::Closest)?;
-    let bounces = primary.par_iter().enumerate().filter_map(|(i, ray)| {
-        let hit = ray.hit(first.hits[i].as_ref());
-        sampling::bounce(mesh, &camera.ray(i), &hit, 1, i).as_ref().map(on_grid)
-    });
-    let bounces: Vec<GridRay> = bounces.collect();
-    let judge = |rays: &[GridRay]| -> Result<Row, ExperimentError> {
-        let rays = cores(rays);
-
+    let judge = |rays: &[Option<Ray>]| -> Result<Row, ExperimentError> {
         let mut row = Row {
             exact: Sums::default(),
             rays: rays.iter().flatten().count() as u64,
@@ -135,14 +125,14 @@ fn measure(loaded: &Loaded) -> Result<[Row; 2], ExperimentError> {
             differences: 0,
         };
         for query in [Query::Closest, Query::Any] {
-            let expect = trace(&separate, &exact, Method::default(), &rays, query)?;
-            let baseline = trace(&separate, &top_down, Method::default(), &rays, query)?;
+            let expect = trace(&separate, &exact, Method::default(), rays, query)?;
+            let baseline = trace(&separate, &top_down, Method::default(), rays, query)?;
             if query == Query::Closest {
                 row.exact += expect.sums;
                 row.top_down += baseline.sums;
             }
             for (method, sums) in Method::ALL.into_iter().zip(&mut row.streamed) {
-                let found = trace(&streamed, &streamed.scene, method, &rays, query)?;
+                let found = trace(&streamed, &streamed.scene, method, rays, query)?;
                 if query == Query::Closest {
                     *sums += found.sums;
                 }
@@ -156,5 +146,5 @@ fn measure(loaded: &Loaded) -> Result<[Row; 2], ExperimentError> {
         }
         Ok(row)
     };
-    Ok([judge(&primary)?, judge(&bounces)?])
+    Ok([judge(&primary)?, judge(&diffuse)?])
 }

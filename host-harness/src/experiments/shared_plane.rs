@@ -9,14 +9,15 @@ use xylem_core::node::{Grids, NodeFormat, Plane, SharedNode, Sharing};
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::probe::Stage;
 use xylem_core::sort::{InputFormat, RecordFormat, SortConfig};
-use xylem_core::traverse::{Hit, Query, Scene};
+use xylem_core::traverse::{Hit, Scene};
 
+use super::beyond::{self, MESHES, SIZE, build};
 use super::{Column, Experiment, ExperimentError, Lab, Outcome, Table, Value};
 use crate::baseline::{SharedTopDown, shared_top_down};
 use crate::bus::FlatMemory;
 use crate::report::html::Source;
-use crate::run::{self, BuildOptions, BuildRun, RunError};
-use crate::scene::{Camera, GridRay, Mesh, UpAxis, sampling};
+use crate::run::{self, BuildRun, RunError};
+use crate::scene::{Camera, Mesh, UpAxis};
 
 /// The experiment.
 pub const EXPERIMENT: Experiment = Experiment {
@@ -26,20 +27,6 @@ pub const EXPERIMENT: Experiment = Experiment {
     needs_scenes: true,
     run,
 };
-
-/// The models, by the names of their meshes.
-const MESHES: [&str; 7] = [
-    "bunny",
-    "anim_cloth_ball_f0",
-    "elephant",
-    "armadillo",
-    "sponza_crytek",
-    "sibenik",
-    "dragon_res2",
-];
-
-/// Pixels of the pictures whose rays are traced, one ray and one bounce each.
-const SIZE: (u32, u32) = (256, 192);
 
 const TREES: [Column; 9] = [
     Column::new("node_bytes_per_primitive", "node B/prim", Source::Counted),
@@ -168,17 +155,7 @@ impl Subject {
         let exact = build(&mesh, config())?;
         let bounds = mesh.bounds().unwrap_or_default();
         let camera = Camera::framing(bounds, UpAxis::Y, SIZE.0, SIZE.1);
-        let primary: Vec<_> =
-            camera.rays().iter().map(|ray| GridRay::new(&mesh.frame, ray)).collect();
-        let core = |rays: &[GridRay]| rays.iter().map(|ray| ray.core().copied()).collect();
-        let mut rays = [core(&primary), Vec::new()];
-        let first = trace(&mesh, &exact.memory, &exact.scene, &rays)?;
-        let bounces = (0..camera.len()).filter_map(|i| {
-            let hit = primary[i].hit(first.hits[i].as_ref());
-            sampling::bounce(&mesh, &camera.ray(i), &hit, 1, i)
-        });
-        let bounces: Vec<_> = bounces.map(|ray| GridRay::new(&mesh.frame, &ray)).collect();
-        rays[1] = core(&bounces);
+        let rays = beyond::rays(&mesh, &camera, &exact.memory, &exact.scene)?;
         let reference = trace(&mesh, &exact.memory, &exact.scene, &rays)?;
         Ok(Self { mesh, exact, rays, reference })
     }
@@ -354,15 +331,6 @@ impl From<BuildRun> for Made {
     }
 }
 
-/// Builds and checks every box of the tree.
-fn build(mesh: &Mesh, config: BuildConfig) -> Result<BuildRun, ExperimentError> {
-    let options = BuildOptions { config, format: config.format(), ..BuildOptions::default() };
-    let failed = |source| ExperimentError::Build { scene: mesh.name.clone(), source };
-    let run = run::build(&mesh.triangles, &options).map_err(failed)?;
-    run.check().map_err(failed)?;
-    Ok(run)
-}
-
 fn trace(
     mesh: &Mesh,
     memory: &FlatMemory,
@@ -371,8 +339,7 @@ fn trace(
 ) -> Result<Traced, ExperimentError> {
     let mut traced = Traced { hits: Vec::new(), tests: [0.0; 4] };
     for (set, rays) in rays.iter().enumerate() {
-        let run = run::trace(memory, scene, rays, Query::Closest)
-            .map_err(|source| ExperimentError::Trace { scene: mesh.name.clone(), source })?;
+        let run = beyond::trace(mesh, memory, scene, rays)?;
         let per_ray = |tests: u64| tests as f64 / rays.len().max(1) as f64;
         traced.tests[2 * set] = per_ray(run.sums.box_tests);
         traced.tests[2 * set + 1] = per_ray(run.sums.triangle_tests);

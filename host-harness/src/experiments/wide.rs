@@ -7,12 +7,12 @@ use xylem_core::geom::Ray;
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::probe::Stage;
 use xylem_core::sort::InputFormat;
-use xylem_core::traverse::{Hit, Query};
 
+use super::beyond::{self, MESHES, SIZE, build};
 use super::{Column, Experiment, ExperimentError, Lab, Outcome, Table, Value};
 use crate::report::html::Source;
-use crate::run::{self, BuildOptions, BuildRun};
-use crate::scene::{Camera, GridRay, Mesh, UpAxis, sampling};
+use crate::run::{BuildRun, TraceRun};
+use crate::scene::{Camera, Mesh, UpAxis};
 
 /// The experiment.
 pub const EXPERIMENT: Experiment = Experiment {
@@ -22,20 +22,6 @@ pub const EXPERIMENT: Experiment = Experiment {
     needs_scenes: true,
     run,
 };
-
-/// The models, by the names of their meshes.
-const MESHES: [&str; 7] = [
-    "bunny",
-    "anim_cloth_ball_f0",
-    "elephant",
-    "armadillo",
-    "sponza_crytek",
-    "sibenik",
-    "dragon_res2",
-];
-
-/// Pixels of the pictures whose rays are traced, one ray and one bounce each.
-const SIZE: (u32, u32) = (256, 192);
 
 const COLUMNS: [Column; 10] = [
     Column::new("nodes_per_primitive", "nodes/prim", Source::Counted),
@@ -115,35 +101,12 @@ fn trees(mesh: &Arc<Mesh>) -> Result<Table, ExperimentError> {
     Ok(table)
 }
 
-/// Builds and checks every box of the tree.
-fn build(mesh: &Mesh, config: BuildConfig) -> Result<BuildRun, ExperimentError> {
-    let options = BuildOptions { config, format: config.format(), ..BuildOptions::default() };
-    let failed = |source| ExperimentError::Build { scene: mesh.name.clone(), source };
-    let run = run::build(&mesh.triangles, &options).map_err(failed)?;
-    run.check().map_err(failed)?;
-    Ok(run)
-}
-
 /// Primary rays and a bounce of each that hits.
 fn rays(mesh: &Mesh, exact: &BuildRun) -> Result<Vec<Option<Ray>>, ExperimentError> {
-    let bounds = mesh.bounds().unwrap_or_default();
-    let camera = Camera::framing(bounds, UpAxis::Y, SIZE.0, SIZE.1);
-    let primary: Vec<_> = camera.rays().iter().map(|ray| GridRay::new(&mesh.frame, ray)).collect();
-    let mut rays: Vec<_> = primary.iter().map(|ray| ray.core().copied()).collect();
-    let hits: Vec<Option<Hit>> = trace(mesh, exact, &rays)?.hits;
-    let bounces = (0..camera.len()).filter_map(|i| {
-        let hit = primary[i].hit(hits[i].as_ref());
-        sampling::bounce(mesh, &camera.ray(i), &hit, 1, i)
-    });
-    rays.extend(bounces.map(|ray| GridRay::new(&mesh.frame, &ray).core().copied()));
-    Ok(rays)
+    let camera = Camera::framing(mesh.bounds().unwrap_or_default(), UpAxis::Y, SIZE.0, SIZE.1);
+    Ok(beyond::rays(mesh, &camera, &exact.memory, &exact.scene)?.concat())
 }
 
-fn trace(
-    mesh: &Mesh,
-    built: &BuildRun,
-    rays: &[Option<Ray>],
-) -> Result<run::TraceRun, ExperimentError> {
-    run::trace(&built.memory, &built.scene, rays, Query::Closest)
-        .map_err(|source| ExperimentError::Trace { scene: mesh.name.clone(), source })
+fn trace(mesh: &Mesh, built: &BuildRun, rays: &[Option<Ray>]) -> Result<TraceRun, ExperimentError> {
+    beyond::trace(mesh, &built.memory, &built.scene, rays)
 }
