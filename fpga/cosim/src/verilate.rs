@@ -7,10 +7,11 @@ use std::process::Command;
 
 use sha2::{Digest, Sha256};
 use thiserror::Error;
-use xylem::machine::heap::HeapConfig;
 
 const RTL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../rtl");
-const SHIM: &str = include_str!("../shim/heap.cpp");
+const SHIM: &str = include_str!("../shim/unit.cpp");
+const CLASS: &str = "Vunit";
+const LIBRARY: &str = "libunit.so";
 const CXX: &str = "g++";
 const CXX_FLAGS: [&str; 6] = [
     "-std=c++17",
@@ -97,23 +98,31 @@ pub fn tools() -> Result<String, CosimError> {
         .map(|version| version.trim().to_owned())
 }
 
-/// Builds the heap in `config`, with a fault if `mutation` says so, and returns the library's path.
+/// A unit of the RTL and the configuration to build it in.
+#[derive(Clone, Copy, Debug)]
+pub struct Unit<'a> {
+    /// The module; it has a clock `clk_i` and a reset `rst_ni`.
+    pub top: &'static str,
+    /// The list of its files in `fpga/rtl`, each after those it uses.
+    pub files: &'static str,
+    /// Name of the configuration, for messages and folders.
+    pub config: &'a str,
+    /// The module's parameters.
+    pub parameters: &'a [(&'static str, u64)],
+}
+
+/// Builds `unit`, with a fault if `mutation` says so, and returns the library's path.
 ///
 /// Built once for all processes: the folder's name is a hash of the sources, the configuration and
 /// the tool's version, and a lock file keeps a second builder waiting for the first.
 ///
 /// # Errors
-///
 /// All of [`CosimError`] but `Load` and `Assertion`.
-pub fn heap(config: HeapConfig, mutation: Option<Mutation>) -> Result<PathBuf, CosimError> {
+pub fn unit(unit: &Unit<'_>, mutation: Option<Mutation>) -> Result<PathBuf, CosimError> {
     let version = tools()?;
-    let sources = sources(mutation)?;
-    let parameters = [
-        format!("-GLevels={}", config.levels),
-        format!("-GKeyWidth={}", config.key_bits),
-        format!("-GSlotWidth={}", config.slot_bits),
-        format!("-GBlockLevel={}", config.block_level),
-    ];
+    let sources = sources(unit.files, mutation)?;
+    let parameters: Vec<String> =
+        unit.parameters.iter().map(|(name, value)| format!("-G{name}={value}")).collect();
 
     let mut hash = Sha256::new();
     let texts = sources.iter().flat_map(|(name, text)| [name.as_str(), text.as_str()]);
@@ -123,7 +132,8 @@ pub fn heap(config: HeapConfig, mutation: Option<Mutation>) -> Result<PathBuf, C
         hash.update(text);
     }
     let key: String = hash.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect();
-    let folder = target_folder().join("cosim").join(format!("heap-{}-{key}", config.name));
+    let name = format!("{}-{}-{key}", unit.top, unit.config);
+    let folder = target_folder().join("cosim").join(name);
 
     once(&folder, |folder| {
         let rtl = folder.join("rtl");
@@ -132,7 +142,7 @@ pub fn heap(config: HeapConfig, mutation: Option<Mutation>) -> Result<PathBuf, C
         verilator
             .current_dir(&rtl)
             .args(["--cc", "--trace", "--assert", "-O3", "--x-initial", "unique"])
-            .args(["--top-module", "xy_heap", "--prefix", "Vxy_heap", "-Mdir", "../obj"])
+            .args(["--top-module", unit.top, "--prefix", CLASS, "-Mdir", "../obj"])
             .args(&parameters);
         for (name, text) in &sources {
             write(&rtl.join(name), text)?;
@@ -143,6 +153,7 @@ pub fn heap(config: HeapConfig, mutation: Option<Mutation>) -> Result<PathBuf, C
         let root = verilator_root()?;
         let runtime = runtime(&root, &version)?;
         let obj = folder.join("obj");
+        write(&obj.join("ports.h"), &ports_header(&read(&obj.join(format!("{CLASS}.h")))?))?;
         write(&obj.join("shim.cpp"), SHIM)?;
         // One translation unit, so that the compiler reads Verilator's headers once.
         let all: String = files_ending(&obj, ".cpp")?
@@ -157,14 +168,49 @@ pub fn heap(config: HeapConfig, mutation: Option<Mutation>) -> Result<PathBuf, C
             // A faulty unit is built to fail soon: compiling it fast counts for more.
             .arg(if mutation.is_none() { "-O2" } else { "-O0" })
             .args(["-shared", "-Wl,-Bsymbolic,--no-undefined", "-o"])
-            .arg(folder.join("libheap.so"))
+            .arg(folder.join(LIBRARY))
             .args([Path::new("-I"), &root.join("include"), Path::new("-I"), &obj]);
         compiler.arg("-I").arg(root.join("include/vltstd")).arg(folder.join("all.cpp"));
         compiler.args(files_ending(&runtime, ".o")?);
         run("g++", "g++", compiler.arg("-pthread"))?;
         Ok(())
     })?;
-    Ok(folder.join("libheap.so"))
+    Ok(folder.join(LIBRARY))
+}
+
+/// The text of `ports.h`, which the shim includes, from the header that Verilator wrote for the
+/// unit: it declares each port as `VL_IN8(&NAME,MSB,LSB);` or the like.
+fn ports_header(header: &str) -> String {
+    let mut table = String::new();
+    let (mut put, mut get) = (String::new(), String::new());
+    let mut input_words = 0;
+    for line in header.lines().map(str::trim) {
+        let Some((kind, rest)) = line.strip_prefix("VL_").and_then(|l| l.split_once("(&")) else {
+            continue;
+        };
+        let mut parts = rest.split([',', ')']);
+        let name = parts.next().unwrap_or_default();
+        let mut bound = || parts.next().and_then(|part| part.parse::<u32>().ok()).unwrap_or(0);
+        let bits = bound() + 1 - bound();
+        if name == "clk_i" || name == "rst_ni" {
+            continue;
+        }
+        if kind.starts_with("IN") {
+            table += &format!("in {name} {bits}\\n");
+            put += &format!("    put(unit.{name}, words);\n");
+            input_words += bits.div_ceil(32);
+        } else {
+            table += &format!("out {name} {bits}\\n");
+            get += &format!("    get(unit.{name}, words);\n");
+        }
+    }
+    format!(
+        "#include \"{CLASS}.h\"\n\nusing Unit = {CLASS};\n\
+         constexpr const char* ports = \"{table}\";\n\
+         constexpr unsigned input_words = {input_words};\n\n\
+         void put_inputs(Unit& unit, const uint32_t* words) {{\n{put}}}\n\
+         void get_outputs(const Unit& unit, uint32_t* words) {{\n{get}}}\n"
+    )
 }
 
 /// The folder for what co-simulation makes: `xylem` below cargo's target directory.
@@ -218,10 +264,10 @@ fn once(
     write(&done, "")
 }
 
-/// The RTL files in order, as (name, text), with the lint waivers first.
-fn sources(mutation: Option<Mutation>) -> Result<Vec<(String, String)>, CosimError> {
+/// The RTL files of a list in order, as (name, text), with the lint waivers first.
+fn sources(files: &str, mutation: Option<Mutation>) -> Result<Vec<(String, String)>, CosimError> {
     let rtl = Path::new(RTL);
-    let list = read(&rtl.join("heap.f"))?;
+    let list = read(&rtl.join(files))?;
     let mut sources = Vec::new();
     for name in ["waivers.vlt"].into_iter().chain(list.lines()) {
         sources.push((name.to_owned(), read(&rtl.join(name))?));

@@ -3,8 +3,8 @@
 use std::fs;
 
 use xylem::machine::heap::{HeapConfig, HeapEntry, HeapModel, HeapOp};
-use xylem_cosim::lockstep::{self, Stop, Summary};
-use xylem_cosim::rtl::HeapRtl;
+use xylem_cosim::heap::lockstep::{self, Stop, Summary};
+use xylem_cosim::heap::{self, HeapRtl};
 use xylem_cosim::verilate::{self, Mutation};
 
 /// Says whether the tools for `test` are there; if not, that it is skipped, or fails where
@@ -17,7 +17,7 @@ fn have_tools(test: &str) -> bool {
 }
 
 fn library(config: HeapConfig) -> std::path::PathBuf {
-    verilate::heap(config, None).unwrap_or_else(|error| panic!("{error}"))
+    heap::build(config, None).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn every_fault_put_into_the_rtl_is_seen() {
     }
     // The last level in block memory, so that a small heap has every kind of storage.
     let config = HeapConfig { levels: 5, slot_bits: 5, block_level: 4, ..HeapConfig::SMALL };
-    let sound = verilate::heap(config, None).unwrap_or_else(|error| panic!("{error}"));
+    let sound = heap::build(config, None).unwrap_or_else(|error| panic!("{error}"));
     lockstep::run(&sound, config, 11, 50_000, None)
         .unwrap_or_else(|stop| panic!("without fault: {stop}"));
     let waves = verilate::target_folder().join("waves");
@@ -140,8 +140,8 @@ fn every_fault_put_into_the_rtl_is_seen() {
     let file = waves.join("heap-small-seed11.vcd");
     for (what, mutation) in MUTATIONS {
         let _ = fs::remove_file(&file);
-        let faulty = verilate::heap(config, Some(mutation))
-            .unwrap_or_else(|error| panic!("{what}: {error}"));
+        let faulty =
+            heap::build(config, Some(mutation)).unwrap_or_else(|error| panic!("{what}: {error}"));
         match lockstep::run(&faulty, config, 11, 50_000, Some(&waves)) {
             Ok(summary) => panic!("not seen: {what}: {summary:?}"),
             Err(Stop::Rtl { error, cycle }) => println!("{what}: seen in cycle {cycle}: {error}"),

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use xylem::machine::heap::{HeapConfig, HeapModel, HeapOp, HeapOutputs};
 
-use crate::rtl::HeapRtl;
-use crate::traffic::Traffic;
+use super::HeapRtl;
+use super::traffic::Traffic;
 use crate::verilate::CosimError;
 
 /// Cycles before a mismatch that its report and its waveform show.
