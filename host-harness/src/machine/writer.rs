@@ -1,9 +1,10 @@
-//! Cycle model of a burst writer: a record buffer in front of a write port.
+//! Cycle model of a burst writer, RTL unit `xy_burst_writer`: a record buffer in front of a write port.
 //!
 //! | Property | Value |
 //! |---|---|
 //! | Room | one burst that is being filled and one that is being sent |
-//! | Input | one record a cycle, while the open burst has room or the other one has been sent |
+//! | Input | one record a cycle, while the open burst has room |
+//! | Latency | 1 cycle from the record that fills a burst to its first line |
 //! | Output | one line of 64 bytes a cycle |
 
 use xylem_core::error::{BuildError, RegionName};
@@ -23,6 +24,8 @@ pub struct Writer {
     /// Bytes of the region that belong to bursts sent or being sent.
     written: u32,
     pending: Vec<u8>,
+    /// Whether what is pending leaves in this cycle though it does not fill a burst.
+    flushing: bool,
     /// Lines still to be sent, as byte offsets into the region.
     sending: std::ops::Range<u32>,
     /// Bursts sent, and their bytes.
@@ -45,6 +48,7 @@ impl Writer {
             burst,
             written: 0,
             pending: Vec::with_capacity(burst as usize),
+            flushing: false,
             sending: 0..0,
             sent: Sent::default(),
         }
@@ -60,14 +64,14 @@ impl Writer {
 
     /// Whether a record of `len` bytes can be taken in this cycle.
     pub fn is_ready(&self, len: usize) -> bool {
-        self.pending.len() + len <= self.burst as usize || self.sending.is_empty()
+        self.pending.len() + len <= self.burst as usize
     }
 
-    /// Takes a record; call when [`Writer::is_ready`]. The bytes of a burst are put into `image`
-    /// when it is handed to the port.
+    /// Takes a record; call at most once a cycle, when [`Writer::is_ready`].
     ///
     /// # Errors
-    /// [`BuildError::RegionFull`] if the record would leave the region.
+    /// [`BuildError::RegionFull`] if the record would leave the region; what came before it is put
+    /// into `image`.
     pub fn push(&mut self, image: &mut [u8], record: &[u8]) -> Result<(), BuildError<PortError>> {
         let len = self.written + self.pending.len() as u32;
         if self.region.at(len, record.len() as u32).is_none() {
@@ -79,19 +83,21 @@ impl Writer {
                 available: self.region.size,
             });
         }
-        if self.pending.len() + record.len() > self.burst as usize {
-            self.flush(image);
-        }
         self.pending.extend_from_slice(record);
-        if self.pending.len() == self.burst as usize {
-            self.flush(image);
-        }
         Ok(())
     }
 
-    /// Hands what is pending to the port if the port is free.
-    pub fn flush(&mut self, image: &mut [u8]) {
-        if self.pending.is_empty() || !self.sending.is_empty() {
+    /// Asks that what is pending be sent; a level, to be held until [`Writer::is_empty`].
+    pub fn flush(&mut self) {
+        self.flushing = true;
+    }
+
+    /// Ends the cycle: a burst that is full, or to be flushed, is handed to the port if the port is
+    /// free, and its bytes are put into `image`.
+    pub fn tick(&mut self, image: &mut [u8]) {
+        let full = self.pending.len() == self.burst as usize;
+        let flushed = std::mem::take(&mut self.flushing) && !self.pending.is_empty();
+        if !self.sending.is_empty() || !(full || flushed) {
             return;
         }
         let len = self.pending.len() as u32;
@@ -115,6 +121,13 @@ impl Writer {
     pub fn offer(&self) -> Option<Access> {
         let addr = self.region.base.0 + self.sending.start;
         (!self.sending.is_empty()).then_some(Access { addr, write: true, tag: 0 })
+    }
+
+    /// How many bytes of the line offered are written, from its first on, and whether it is the last
+    /// of its burst.
+    pub fn line(&self) -> (u32, bool) {
+        let len = self.sending.end - self.sending.start;
+        (len.min(LINE_BYTES), len <= LINE_BYTES)
     }
 
     /// The line offered was taken.
@@ -142,21 +155,27 @@ mod tests {
     }
 
     #[test]
-    fn a_full_burst_leaves_at_once_line_by_line_and_the_rest_at_flush() {
+    fn a_full_burst_leaves_a_cycle_later_line_by_line_and_the_rest_at_flush() {
         let mut image = vec![0; 512];
         let mut writer = writer(448);
         let mut lines = Vec::new();
-        for i in 0..5u8 {
-            assert!(writer.is_ready(32));
-            writer.push(&mut image, &[i; 32]).unwrap();
-            lines.extend(writer.offer().inspect(|_| ()).map(|line| line.addr));
+        for i in 0..7u8 {
+            lines.push(writer.offer().map(|line| line.addr));
             writer.taken();
+            if i < 5 {
+                assert!(writer.is_ready(32));
+                writer.push(&mut image, &[i; 32]).unwrap();
+            }
+            writer.tick(&mut image);
         }
-        assert_eq!(lines, [64, 128], "the fourth record fills a burst of two lines");
+        let expected = [None, None, None, None, Some(64), Some(128), None];
+        assert_eq!(lines, expected, "the fourth record fills a burst of two lines");
+        writer.flush();
         assert!(writer.offer().is_none());
-        writer.flush(&mut image);
-        assert_eq!(writer.offer().unwrap().addr, 192);
+        writer.tick(&mut image);
+        assert_eq!((writer.offer().unwrap().addr, writer.line()), (192, (32, true)));
         writer.taken();
+        writer.tick(&mut image);
         assert!(writer.is_empty());
         assert_eq!((image[63], image[64 + 96], image[64 + 128]), (0, 3, 4));
         assert_eq!(writer.sent, Sent { bursts: 2, bytes: 160 });
@@ -166,17 +185,19 @@ mod tests {
     fn a_burst_that_is_not_sent_holds_up_the_one_after_the_next() {
         let mut image = vec![0; 512];
         let mut writer = writer(448);
-        for _ in 0..2 {
-            writer.push(&mut image, &[1; 64]).unwrap();
-        }
-        for _ in 0..2 {
+        for _ in 0..4 {
             assert!(writer.is_ready(64));
-            writer.push(&mut image, &[2; 64]).unwrap();
+            writer.push(&mut image, &[1; 64]).unwrap();
+            writer.tick(&mut image);
         }
         assert!(!writer.is_ready(64), "one burst is sent, one is full");
         writer.taken();
+        writer.tick(&mut image);
+        assert!(!writer.is_ready(64));
         writer.taken();
+        writer.tick(&mut image);
         assert!(writer.is_ready(64));
+        assert_eq!(writer.offer().unwrap().addr, 64 + 128, "the next burst follows at once");
     }
 
     #[test]
@@ -186,5 +207,6 @@ mod tests {
         writer.push(&mut image, &[1; 64]).unwrap();
         let full = BuildError::RegionFull { region: RegionName::Nodes, needed: 128, available: 96 };
         assert_eq!(writer.push(&mut image, &[1; 64]), Err(full));
+        assert_eq!((image[64], image[127], image[128]), (1, 1, 0));
     }
 }

@@ -265,7 +265,7 @@ impl<'a, P: Port> Machine<'a, P> {
     /// Sends the rest of the runs.
     fn finish_writing(&mut self) -> Result<(), BuildError<PortError>> {
         while let Some(writer) = &mut self.runs {
-            writer.flush(self.image);
+            writer.flush();
             if writer.is_empty() {
                 writer.count(&mut self.traffic);
                 self.runs = None;

@@ -53,6 +53,10 @@ impl<P: Port> Machine<'_, P> {
             Reads::Tail => self.read_for_tail(),
         }
         self.write();
+        self.tail.tick_writers(self.image);
+        if let Some(writer) = &mut self.runs {
+            writer.tick(self.image);
+        }
         self.port.tick();
         self.activity.tick();
         self.now += 1;

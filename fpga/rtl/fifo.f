@@ -1,0 +1,2 @@
+xy_ram.sv
+xy_fifo.sv
