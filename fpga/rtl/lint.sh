@@ -49,3 +49,7 @@ lint burst_writer nodes RecordBits 512 BurstLines 8
 lint burst_writer leaf_table RecordBits 32 BurstLines 8
 lint burst_writer pairs RecordBits 128 BurstLines 1
 lint burst_writer three_lines RecordBits 256 BurstLines 3
+
+for width in 32 64 128 256 512; do
+    lint port "$width" DataWidth "$width"
+done

@@ -34,6 +34,76 @@ package xy_pkg;
   localparam int unsigned RecordBytes = 32;
   localparam int unsigned RecordBits  = 8 * RecordBytes;
 
+  // --- Registers, bundled ---
+
+  localparam int unsigned Regions = 8;   // in the order of xy_regs_pkg::region_id_e
+  localparam int unsigned Events  = 10;  // event counters, in the order of the registers
+
+  // Where a tree starts: its box, and a node's index or the first entry of a leaf.
+  typedef struct packed {
+    box_t        box;
+    logic [31:0] index;
+    logic [7:0]  leaf_size;  // 0 for a node
+  } root_t;
+
+  // What software asks for.
+  typedef struct packed {
+    logic [2:0]  kind;
+    logic [31:0] primitives;
+    logic [31:0] rays;
+    logic [31:0] nodes;
+    logic [31:0] entries;
+    logic [1:0]  input_format;
+    logic [1:0]  record_format;
+    logic        node_format;
+    logic        modulo;
+    logic        any_hit;
+    logic [6:0]  morton_bits;
+    logic [7:0]  leaf_size;
+    logic [2:0]  treelet_depth;
+    root_t       root;
+  } job_t;
+
+  // What the control tells.
+  typedef struct packed {
+    logic        busy;
+    logic        done;
+    logic        failed;
+    logic [3:0]  stage;
+    logic [3:0]  error_code;
+    logic [3:0]  error_stage;
+    logic        error_region_valid;
+    logic [2:0]  error_region;
+    logic [31:0] error_addr;
+  } status_t;
+
+  // What a job leaves behind in registers, beside its root.
+  typedef struct packed {
+    logic [31:0] nodes;
+    logic [31:0] leaves;
+    logic [31:0] quantized;
+    logic [31:0] hits;
+  } result_t;
+
+  // What was synthesized.
+  typedef struct packed {
+    logic [23:0] scratch_records;
+    logic [7:0]  burst_records;
+    logic [15:0] merge_width;
+    logic [7:0]  leaf_size;
+    logic [6:0]  morton_bits;
+    logic [3:0]  plane_bits;
+    logic [2:0]  treelet_depth;
+    logic        build;
+    logic        compress;
+    logic        trace;
+    logic        trace_bvh2;
+    logic        input_triangle;
+    logic [7:0]  ray_bytes;
+    logic [7:0]  hit_bytes;
+    logic [7:0]  stack_entries;
+  } caps_t;
+
   // --- Heap ---
 
   // What a heap is asked to do.

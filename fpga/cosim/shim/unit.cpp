@@ -64,6 +64,14 @@ struct Bench {
     }
 };
 
+// The bench behind a handle. Verilator works on what it takes for its thread's context, the one made
+// last, which may be another bench's and gone.
+Bench* enter(void* handle) {
+    auto* bench = static_cast<Bench*>(handle);
+    Verilated::threadContextp(bench->context.get());
+    return bench;
+}
+
 }  // namespace
 
 // Verilator's own versions end the process.
@@ -85,6 +93,8 @@ const char* xy_ports() { return ports; }
 void* xy_new(uint32_t seed) {
     failure.clear();
     auto* bench = new Bench;
+    // Units are built without threads, so no pool of them is wanted.
+    bench->context->threads(1);
     bench->context->randReset(2);
     bench->context->randSeed(static_cast<int>(seed % 0x7fffffffu) + 1);
     bench->context->traceEverOn(true);
@@ -107,7 +117,7 @@ void* xy_new(uint32_t seed) {
 }
 
 void xy_free(void* handle) {
-    auto* bench = static_cast<Bench*>(handle);
+    auto* bench = enter(handle);
     if (bench->waves) bench->waves->close();
     bench->unit->final();
     delete bench;
@@ -116,7 +126,7 @@ void xy_free(void* handle) {
 // The outputs that stand once the inputs are given, before the edge; may be called again with other
 // inputs in the same cycle.
 void xy_settle(void* handle, const uint32_t* in, uint32_t* out) {
-    auto& unit = *static_cast<Bench*>(handle)->unit;
+    auto& unit = *enter(handle)->unit;
     put_inputs(unit, in);
     unit.clk_i = 0;
     unit.eval();
@@ -125,7 +135,7 @@ void xy_settle(void* handle, const uint32_t* in, uint32_t* out) {
 
 // The rest of the cycle, edge included. Returns nonzero if an assertion failed.
 int xy_edge(void* handle) {
-    auto* bench = static_cast<Bench*>(handle);
+    auto* bench = enter(handle);
     bench->half(false);
     bench->half(true);
     return failure.empty() ? 0 : 1;
@@ -133,7 +143,7 @@ int xy_edge(void* handle) {
 
 // Holds the unit in reset for this cycle and the next.
 void xy_reset(void* handle) {
-    auto* bench = static_cast<Bench*>(handle);
+    auto* bench = enter(handle);
     bench->unit->rst_ni = 0;
     for (int i = 0; i < 2; ++i) {
         bench->half(false);
@@ -144,7 +154,7 @@ void xy_reset(void* handle) {
 
 // Starts writing a VCD file with the next cycle.
 void xy_waves(void* handle, const char* path) {
-    auto* bench = static_cast<Bench*>(handle);
+    auto* bench = enter(handle);
     bench->waves.reset(new VerilatedVcdC);
     bench->unit->trace(bench->waves.get(), 99);
     bench->waves->open(path);

@@ -4,6 +4,7 @@
 //!   result is kept below the target directory under a hash of everything it depends on.
 //! - [`rtl`] loads such a library: named pins of any width, clocked. It is the only module with
 //!   `unsafe`.
+//! - [`axi`] is the memory at a unit's AXI4 port, timed by a memory model of `xylem`.
 //! - [`random`] draws what units are fed, from a seed.
 //! - One module a unit says what it is fed and compares every output of every cycle: [`heap`].
 //!
@@ -11,7 +12,19 @@
 
 #![deny(unsafe_code)]
 
+pub mod axi;
 pub mod heap;
 pub mod random;
 pub mod rtl;
 pub mod verilate;
+
+/// Whether the tools for `test` are there. If not, says that it is skipped.
+///
+/// # Panics
+/// If they are missing and `XYLEM_REQUIRE_TOOLS` is set.
+pub fn tools_for(test: &str) -> bool {
+    let Err(missing) = verilate::tools() else { return true };
+    assert!(std::env::var_os("XYLEM_REQUIRE_TOOLS").is_none(), "{test}: {missing}");
+    println!("skipped: {test}: {missing}");
+    false
+}

@@ -5,16 +5,8 @@ use std::fs;
 use xylem::machine::heap::{HeapConfig, HeapEntry, HeapModel, HeapOp};
 use xylem_cosim::heap::lockstep::{self, Stop, Summary};
 use xylem_cosim::heap::{self, HeapRtl};
+use xylem_cosim::tools_for;
 use xylem_cosim::verilate::{self, Mutation};
-
-/// Says whether the tools for `test` are there; if not, that it is skipped, or fails where
-/// `XYLEM_REQUIRE_TOOLS` is set.
-fn have_tools(test: &str) -> bool {
-    let Err(missing) = verilate::tools() else { return true };
-    assert!(std::env::var_os("XYLEM_REQUIRE_TOOLS").is_none(), "{test}: {missing}");
-    println!("skipped: {test}: {missing}");
-    false
-}
 
 fn library(config: HeapConfig) -> std::path::PathBuf {
     heap::build(config, None).unwrap_or_else(|error| panic!("{error}"))
@@ -22,7 +14,7 @@ fn library(config: HeapConfig) -> std::path::PathBuf {
 
 #[test]
 fn rtl_and_model_agree_in_every_output_of_every_cycle() {
-    if !have_tools("rtl_and_model_agree_in_every_output_of_every_cycle") {
+    if !tools_for("rtl_and_model_agree_in_every_output_of_every_cycle") {
         return;
     }
     let runs = [
@@ -50,7 +42,7 @@ fn rtl_and_model_agree_in_every_output_of_every_cycle() {
 
 #[test]
 fn rtl_merges_one_entry_every_two_cycles() {
-    if !have_tools("rtl_merges_one_entry_every_two_cycles") {
+    if !tools_for("rtl_merges_one_entry_every_two_cycles") {
         return;
     }
     let config = HeapConfig::PAPER;
@@ -127,7 +119,7 @@ const MUTATIONS: [(&str, Mutation); 7] = [
 
 #[test]
 fn every_fault_put_into_the_rtl_is_seen() {
-    if !have_tools("every_fault_put_into_the_rtl_is_seen") {
+    if !tools_for("every_fault_put_into_the_rtl_is_seen") {
         return;
     }
     // The last level in block memory, so that a small heap has every kind of storage.

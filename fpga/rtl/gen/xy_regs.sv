@@ -1167,11 +1167,11 @@ module xy_regs (
         automatic logic load_next_c;
         next_c = field_storage.int_status.done.value;
         load_next_c = '0;
-        if(decoded_reg_strb.int_status && decoded_req_is_wr) begin // SW write 1 clear
-            next_c = field_storage.int_status.done.value & ~(decoded_wr_data[0:0] & decoded_wr_biten[0:0]);
-            load_next_c = '1;
-        end else if(hwif_in.int_status.done.next) begin // stickybit
+        if(hwif_in.int_status.done.next) begin // stickybit
             next_c = '1;
+            load_next_c = '1;
+        end else if(decoded_reg_strb.int_status && decoded_req_is_wr) begin // SW write 1 clear
+            next_c = field_storage.int_status.done.value & ~(decoded_wr_data[0:0] & decoded_wr_biten[0:0]);
             load_next_c = '1;
         end
         field_combo.int_status.done.next = next_c;
@@ -1192,11 +1192,11 @@ module xy_regs (
         automatic logic load_next_c;
         next_c = field_storage.int_status.failed.value;
         load_next_c = '0;
-        if(decoded_reg_strb.int_status && decoded_req_is_wr) begin // SW write 1 clear
-            next_c = field_storage.int_status.failed.value & ~(decoded_wr_data[1:1] & decoded_wr_biten[1:1]);
-            load_next_c = '1;
-        end else if(hwif_in.int_status.failed.next) begin // stickybit
+        if(hwif_in.int_status.failed.next) begin // stickybit
             next_c = '1;
+            load_next_c = '1;
+        end else if(decoded_reg_strb.int_status && decoded_req_is_wr) begin // SW write 1 clear
+            next_c = field_storage.int_status.failed.value & ~(decoded_wr_data[1:1] & decoded_wr_biten[1:1]);
             load_next_c = '1;
         end
         field_combo.int_status.failed.next = next_c;

@@ -1,0 +1,5 @@
+xy_pkg.sv
+xy_guard.sv
+xy_axi_read.sv
+xy_axi_write.sv
+xy_port.sv

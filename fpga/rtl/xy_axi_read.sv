@@ -1,0 +1,199 @@
+// Read half of the AXI4 master: one line of 64 bytes a request, one INCR burst a line.
+//
+//   rd_* ──► one request held ──► AR        R ──► line assembled ──► rsp_*
+//               │                                      ▲
+//               └────► table of lines under way ───────┘  tag and address
+//
+// With a bus as wide as a line (DataWidth = 512) every line has an ID of its own and may come back in
+// any order; on a narrower one all lines have ID 0, which AXI keeps in order, so that beats of two
+// lines never mix.
+//
+// Handshake   rd_valid_i and rd_ready_o both high: the request is taken. It is then on AR until the
+//             slave takes it, whatever becomes of the unit that asked: AXI's rule for VALID.
+//             rsp_valid_o is high for one cycle a line and cannot be refused: ask for what there is
+//             room for.
+// Latency     1 cycle from rd_valid_i to arvalid_o; 0 from the last beat to rsp_valid_o.
+// Throughput  one request a cycle while the slave takes them; one beat a cycle.
+// Errors      rsp_error_o with the line, once its last beat has come, if any beat was not OKAY.
+// Cut paths   none from R to rsp_*; rd_ready_o depends on arready_i.
+module xy_axi_read #(
+    parameter int unsigned DataWidth = 512,  // 32, 64, 128, 256 or 512
+    parameter int unsigned IdWidth   = 4,    // 2^IdWidth lines may be under way
+    parameter int unsigned TagWidth  = 16
+) (
+    input  logic                          clk_i,
+    input  logic                          rst_ni,
+
+    input  logic                          rd_valid_i,
+    output logic                          rd_ready_o,
+    input  logic [31:0]                   rd_addr_i,
+    input  logic [TagWidth-1:0]           rd_tag_i,
+
+    output logic                          rsp_valid_o,
+    output logic                          rsp_error_o,
+    output logic [31:0]                   rsp_addr_o,
+    output logic [TagWidth-1:0]           rsp_tag_o,
+    output logic [xy_pkg::LineBits-1:0]   rsp_data_o,
+
+    output logic                          idle_o,       // nothing held, nothing under way
+    output logic                          oldest_valid_o,
+    output logic [31:0]                   oldest_o,     // address of a line under way or held
+
+    output logic                          arvalid_o,
+    input  logic                          arready_i,
+    output logic [IdWidth-1:0]            arid_o,
+    output logic [31:0]                   araddr_o,
+    output logic [7:0]                    arlen_o,
+    output logic [2:0]                    arsize_o,
+    output logic [1:0]                    arburst_o,
+    input  logic                          rvalid_i,
+    output logic                          rready_o,
+    input  logic [IdWidth-1:0]            rid_i,
+    input  logic [DataWidth-1:0]          rdata_i,
+    input  logic [1:0]                    rresp_i,
+    input  logic                          rlast_i
+);
+
+  localparam int unsigned Lines    = 2 ** IdWidth;
+  localparam int unsigned Beats    = xy_pkg::LineBits / DataWidth;
+  localparam bit          Ordered  = Beats > 1;
+  localparam int unsigned RowWidth = 26 + TagWidth;
+
+  // --- Requests ---
+
+  // Rows of the table are given out in turn. Where lines overtake each other a row may still be busy
+  // when its turn comes; then the next request waits for it.
+  logic [Lines-1:0]   busy_q;
+  logic [IdWidth-1:0] next_q;
+  logic               ar_valid_q;
+  logic [IdWidth-1:0] ar_row_q;
+  logic [25:0]        ar_line_q;
+
+  logic take, row_free, ar_free;
+  assign row_free   = !busy_q[next_q];
+  assign ar_free    = !ar_valid_q || arready_i;
+  assign rd_ready_o = row_free && ar_free;
+  assign take       = rd_valid_i && rd_ready_o;
+
+  // --- Responses ---
+
+  logic               beat, last;
+  logic [IdWidth-1:0] row;
+  assign rready_o = 1'b1;
+  assign beat     = rvalid_i && (|busy_q);
+  assign last     = beat && rlast_i;
+
+  if (Ordered) begin : gen_ordered
+    // The oldest line, and what has come of it.
+    localparam int unsigned Held = xy_pkg::LineBits - DataWidth;
+    logic [IdWidth-1:0] row_q;
+    logic [Held-1:0]    held_q;
+    logic               error_q;
+
+    always_ff @(posedge clk_i or negedge rst_ni) begin
+      if (!rst_ni) begin
+        row_q   <= '0;
+        error_q <= 1'b0;
+      end else if (beat) begin
+        if (rlast_i) row_q <= row_q + 1'b1;
+        error_q <= !rlast_i && (error_q || rresp_i[1]);
+      end
+    end
+    // Beats come lowest first, so each enters at the top.
+    if (Beats > 2) begin : gen_shift
+      always_ff @(posedge clk_i) if (beat) held_q <= {rdata_i, held_q[Held-1:DataWidth]};
+    end else begin : gen_hold
+      always_ff @(posedge clk_i) if (beat) held_q <= rdata_i;
+    end
+
+    assign row         = row_q;
+    assign rsp_data_o  = {rdata_i, held_q};
+    assign rsp_error_o = rresp_i[1] || error_q;
+
+    logic unused_id;
+    assign unused_id = ^rid_i;
+  end else begin : gen_any_order
+    assign row         = rid_i;
+    assign rsp_data_o  = rdata_i;
+    assign rsp_error_o = rresp_i[1];
+  end
+
+  logic unused_resp;
+  assign unused_resp = rresp_i[0];
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      busy_q     <= '0;
+      next_q     <= '0;
+      ar_valid_q <= 1'b0;
+    end else begin
+      if (ar_free) ar_valid_q <= take;
+      if (take) begin
+        busy_q[next_q] <= 1'b1;
+        next_q         <= next_q + 1'b1;
+      end
+      // A row that a line leaves is not the one that a request takes in this cycle: that was free.
+      if (last) busy_q[row] <= 1'b0;
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    if (take) begin
+      ar_row_q  <= next_q;
+      ar_line_q <= rd_addr_i[31:6];
+    end
+  end
+
+  // --- The table ---
+
+  (* ram_style = "distributed" *)
+  logic [RowWidth-1:0] table_q[Lines];
+  logic [RowWidth-1:0] entry;
+  always_ff @(posedge clk_i) if (take) table_q[next_q] <= {rd_tag_i, rd_addr_i[31:6]};
+  assign entry       = table_q[row];
+  assign rsp_valid_o = last;
+  assign rsp_tag_o   = entry[26+:TagWidth];
+  assign rsp_addr_o  = {entry[25:0], 6'd0};
+
+  assign idle_o         = busy_q == '0;
+  assign oldest_valid_o = busy_q != '0;
+  // In order, the row that waits; else the request held, which is as good a hint.
+  assign oldest_o       = Ordered ? {entry[25:0], 6'd0} : {ar_line_q, 6'd0};
+
+  assign arvalid_o = ar_valid_q;
+  assign arid_o    = Ordered ? '0 : ar_row_q;
+  assign araddr_o  = {ar_line_q, 6'd0};
+  assign arlen_o   = 8'(Beats - 1);
+  assign arsize_o  = 3'($clog2(DataWidth / 8));
+  assign arburst_o = 2'b01;
+
+  logic unused_addr;
+  assign unused_addr = ^rd_addr_i[5:0];
+
+`ifndef SYNTHESIS
+  // VALID stays until READY, with what it announced (AXI4 A3.2.1).
+  a_ar_stable :
+  assert property (@(posedge clk_i) disable iff (!rst_ni)
+      arvalid_o && !arready_i |=> arvalid_o && $stable({arid_o, araddr_o}));
+
+  // A line is as long as it was asked to be; a slave that ends it elsewhere is not AXI.
+  if (Ordered) begin : gen_check
+    logic [7:0] beats_q;
+    always_ff @(posedge clk_i or negedge rst_ni) begin
+      if (!rst_ni) beats_q <= '0;
+      else if (beat) beats_q <= rlast_i ? '0 : beats_q + 1'b1;
+    end
+    a_beats :
+    assert property (@(posedge clk_i) disable iff (!rst_ni)
+        beat |-> rlast_i == (beats_q == 8'(Beats - 1)));
+  end else begin : gen_check
+    a_row_was_asked_for :
+    assert property (@(posedge clk_i) disable iff (!rst_ni) rvalid_i |-> busy_q[rid_i]);
+  end
+
+  // Lines are asked for whole.
+  a_aligned :
+  assert property (@(posedge clk_i) disable iff (!rst_ni) rd_valid_i |-> rd_addr_i[5:0] == '0);
+`endif
+
+endmodule

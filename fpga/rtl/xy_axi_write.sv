@@ -1,0 +1,151 @@
+// Write half of the AXI4 master: one line of 64 bytes a request, one INCR burst a line.
+//
+// Handshake   wr_valid_i and wr_ready_o both high: the line is taken. Address and data are then on AW
+//             and W until the slave has taken each, whatever becomes of the unit that wrote: AXI's
+//             rule for VALID. Writes are posted; lines are written in order (one ID).
+// Latency     1 cycle from wr_valid_i to awvalid_o and wvalid_o.
+// Throughput  one line in LineBits / DataWidth cycles while the slave takes them.
+// Errors      error_o for one cycle, with the line's address, when its response was not OKAY.
+// Cut paths   wr_ready_o depends on awready_i and wready_i; error_o on bvalid_i.
+module xy_axi_write #(
+    parameter int unsigned DataWidth = 512,  // 32, 64, 128, 256 or 512
+    parameter int unsigned IdWidth   = 4,
+    parameter int unsigned LogLines  = 4     // 2^LogLines lines may wait for their responses
+) (
+    input  logic                          clk_i,
+    input  logic                          rst_ni,
+
+    input  logic                          wr_valid_i,
+    output logic                          wr_ready_o,
+    input  logic [31:0]                   wr_addr_i,
+    input  logic [xy_pkg::LineBits-1:0]   wr_data_i,
+    input  logic [xy_pkg::LineBytes-1:0]  wr_strb_i,
+
+    output logic                          error_o,
+    output logic [31:0]                   oldest_o,  // address of the oldest line without response
+    output logic                          idle_o,    // all lines have had their responses
+
+    output logic                          awvalid_o,
+    input  logic                          awready_i,
+    output logic [IdWidth-1:0]            awid_o,
+    output logic [31:0]                   awaddr_o,
+    output logic [7:0]                    awlen_o,
+    output logic [2:0]                    awsize_o,
+    output logic [1:0]                    awburst_o,
+    output logic                          wvalid_o,
+    input  logic                          wready_i,
+    output logic [DataWidth-1:0]          wdata_o,
+    output logic [DataWidth/8-1:0]        wstrb_o,
+    output logic                          wlast_o,
+    input  logic                          bvalid_i,
+    output logic                          bready_o,
+    input  logic [IdWidth-1:0]            bid_i,
+    input  logic [1:0]                    bresp_i
+);
+
+  localparam int unsigned Lines     = 2 ** LogLines;
+  localparam int unsigned Beats     = xy_pkg::LineBits / DataWidth;
+  localparam int unsigned BeatWidth = Beats > 1 ? $clog2(Beats) : 1;
+
+  logic                         aw_valid_q, w_valid_q;
+  logic [25:0]                  line_q;
+  logic [xy_pkg::LineBits-1:0]  data_q;
+  logic [xy_pkg::LineBytes-1:0] strb_q;
+  logic [BeatWidth-1:0]         beat_q;
+
+  // Addresses of lines that wait for their responses, oldest first.
+  (* ram_style = "distributed" *)
+  logic [25:0]         waiting_q[Lines];
+  logic [LogLines:0]   count_q;
+  logic [LogLines-1:0] first_q, free_q;
+
+  logic take, respond, last_beat, aw_ends, w_ends;
+  assign last_beat  = beat_q == BeatWidth'(Beats - 1);
+  assign aw_ends    = !aw_valid_q || awready_i;
+  assign w_ends     = !w_valid_q || (wready_i && last_beat);
+  assign wr_ready_o = aw_ends && w_ends && !count_q[LogLines];
+  assign take       = wr_valid_i && wr_ready_o;
+  assign respond    = bvalid_i && (count_q != '0);
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      aw_valid_q <= 1'b0;
+      w_valid_q  <= 1'b0;
+      beat_q     <= '0;
+      count_q    <= '0;
+      first_q    <= '0;
+      free_q     <= '0;
+    end else begin
+      if (take || awready_i) aw_valid_q <= take;
+      if (take || (wready_i && last_beat)) w_valid_q <= take;
+      if (wvalid_o && wready_i) beat_q <= last_beat ? '0 : beat_q + 1'b1;
+      if (take) free_q <= free_q + 1'b1;
+      if (respond) first_q <= first_q + 1'b1;
+      count_q <= count_q + (LogLines+1)'(take) - (LogLines+1)'(respond);
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    if (take) begin
+      line_q            <= wr_addr_i[31:6];
+      waiting_q[free_q] <= wr_addr_i[31:6];
+    end
+  end
+
+  if (Beats > 1) begin : gen_shift
+    always_ff @(posedge clk_i) begin
+      if (take) begin
+        data_q <= wr_data_i;
+        strb_q <= wr_strb_i;
+      end else if (wready_i) begin
+        data_q <= data_q >> DataWidth;
+        strb_q <= strb_q >> (DataWidth / 8);
+      end
+    end
+  end else begin : gen_hold
+    always_ff @(posedge clk_i) begin
+      if (take) begin
+        data_q <= wr_data_i;
+        strb_q <= wr_strb_i;
+      end
+    end
+  end
+
+  assign error_o  = respond && bresp_i[1];
+  assign oldest_o = {waiting_q[first_q], 6'd0};
+  assign idle_o   = count_q == '0;
+
+  assign awvalid_o = aw_valid_q;
+  assign awid_o    = '0;
+  assign awaddr_o  = {line_q, 6'd0};
+  assign awlen_o   = 8'(Beats - 1);
+  assign awsize_o  = 3'($clog2(DataWidth / 8));
+  assign awburst_o = 2'b01;
+  assign wvalid_o  = w_valid_q;
+  assign wdata_o   = data_q[DataWidth-1:0];
+  assign wstrb_o   = strb_q[DataWidth/8-1:0];
+  assign wlast_o   = last_beat;
+  assign bready_o  = 1'b1;
+
+  logic unused;
+  assign unused = ^{bid_i, bresp_i[0], wr_addr_i[5:0]};
+
+`ifndef SYNTHESIS
+  // VALID stays until READY, with what it announced (AXI4 A3.2.1).
+  a_aw_stable :
+  assert property (@(posedge clk_i) disable iff (!rst_ni)
+      awvalid_o && !awready_i |=> awvalid_o && $stable(awaddr_o));
+  a_w_stable :
+  assert property (@(posedge clk_i) disable iff (!rst_ni)
+      wvalid_o && !wready_i |=> wvalid_o && $stable({wdata_o, wstrb_o, wlast_o}));
+
+  // A response answers a line that was sent whole; any other is not AXI.
+  a_responses_answer :
+  assert property (@(posedge clk_i) disable iff (!rst_ni)
+      bvalid_i |-> count_q > (LogLines+1)'(aw_valid_q || w_valid_q));
+
+  a_aligned :
+  assert property (@(posedge clk_i) disable iff (!rst_ni) wr_valid_i |-> wr_addr_i[5:0] == '0);
+`endif
+
+endmodule

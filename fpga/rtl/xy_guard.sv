@@ -1,0 +1,43 @@
+// The region check in front of the memory port: an access outside the region that its unit may use is
+// not made.
+//
+// Handshake   valid_i with an address and the region's number; valid_o is valid_i inside the region.
+//             Outside, violation_o is high as long as the request stands; the request is never taken
+//             (ready_o low), and the control takes the unit that made it out of work.
+// Regions     base and length in lines, as the registers hold them. A region of length 0 is absent:
+//             no address is in it. The check is right for every base and length, also where their sum
+//             is past the end of memory.
+// Latency     0 cycles.
+// Cut paths   none: valid_i and addr_i to valid_o and violation_o, ready_i to ready_o.
+module xy_guard #(
+    parameter int unsigned Regions = 8
+) (
+    input  logic [Regions-1:0][25:0]     base_i,
+    input  logic [Regions-1:0][25:0]     lines_i,
+
+    input  logic                         valid_i,
+    output logic                         ready_o,
+    input  logic [31:0]                  addr_i,
+    input  logic [$clog2(Regions)-1:0]   region_i,
+
+    output logic                         valid_o,
+    input  logic                         ready_i,
+    output logic                         violation_o
+);
+
+  logic [25:0] line, base, offset;
+  logic        allowed;
+  assign line   = addr_i[31:6];
+  assign base   = base_i[region_i];
+  assign offset = line - base;
+  assign allowed = (line >= base) && (offset < lines_i[region_i]);
+
+  assign valid_o     = valid_i && allowed;
+  assign ready_o     = ready_i && allowed;
+  assign violation_o = valid_i && !allowed;
+
+  // A line is fetched or written whole.
+  logic unused_offset;
+  assign unused_offset = ^addr_i[5:0];
+
+endmodule

@@ -1,0 +1,198 @@
+// The road to external memory: line port of the units on one side, AXI4 master on the other, and
+// between them the check of every address against the region that the request names.
+//
+//   rd_*, wr_* ──► xy_guard (one each) ──► xy_axi_read, xy_axi_write ──► AXI4
+//   rsp_*      ◄───────────────────────────────────┘
+//
+// Handshake   as in xy_axi_read and xy_axi_write; a request outside its region is never taken.
+// Latency     1 cycle to AXI, 0 cycles back.
+// Bytes       reads count whole lines, writes the bytes that are written.
+module xy_port #(
+    parameter int unsigned DataWidth = 512,
+    parameter int unsigned IdWidth   = 4,
+    parameter int unsigned TagWidth  = 16,
+    parameter int unsigned Regions   = 8
+) (
+    input  logic                          clk_i,
+    input  logic                          rst_ni,
+
+    input  logic [Regions-1:0][25:0]      base_i,
+    input  logic [Regions-1:0][25:0]      lines_i,
+
+    // Units.
+    input  logic                          rd_valid_i,
+    output logic                          rd_ready_o,
+    input  logic [31:0]                   rd_addr_i,
+    input  logic [TagWidth-1:0]           rd_tag_i,
+    input  logic [$clog2(Regions)-1:0]    rd_region_i,
+    output logic                          rsp_valid_o,
+    output logic                          rsp_error_o,
+    output logic [31:0]                   rsp_addr_o,
+    output logic [TagWidth-1:0]           rsp_tag_o,
+    output logic [xy_pkg::LineBits-1:0]   rsp_data_o,
+    input  logic                          wr_valid_i,
+    output logic                          wr_ready_o,
+    input  logic [31:0]                   wr_addr_i,
+    input  logic [xy_pkg::LineBits-1:0]   wr_data_i,
+    input  logic [xy_pkg::LineBytes-1:0]  wr_strb_i,
+    input  logic [$clog2(Regions)-1:0]    wr_region_i,
+
+    // Control.
+    output logic                          violation_o,
+    output logic [$clog2(Regions)-1:0]    violation_region_o,
+    output logic [31:0]                   violation_addr_o,
+    output logic                          write_error_o,
+    output logic [31:0]                   write_addr_o,
+    output logic                          moved_o,
+    output logic                          idle_o,
+    output logic [31:0]                   waiting_addr_o,
+    output logic                          read_line_o,    // a line was asked for
+    output logic [6:0]                    wrote_bytes_o,  // 0 if none were taken
+
+    // AXI4.
+    output logic                          arvalid_o,
+    input  logic                          arready_i,
+    output logic [IdWidth-1:0]            arid_o,
+    output logic [31:0]                   araddr_o,
+    output logic [7:0]                    arlen_o,
+    output logic [2:0]                    arsize_o,
+    output logic [1:0]                    arburst_o,
+    input  logic                          rvalid_i,
+    output logic                          rready_o,
+    input  logic [IdWidth-1:0]            rid_i,
+    input  logic [DataWidth-1:0]          rdata_i,
+    input  logic [1:0]                    rresp_i,
+    input  logic                          rlast_i,
+    output logic                          awvalid_o,
+    input  logic                          awready_i,
+    output logic [IdWidth-1:0]            awid_o,
+    output logic [31:0]                   awaddr_o,
+    output logic [7:0]                    awlen_o,
+    output logic [2:0]                    awsize_o,
+    output logic [1:0]                    awburst_o,
+    output logic                          wvalid_o,
+    input  logic                          wready_i,
+    output logic [DataWidth-1:0]          wdata_o,
+    output logic [DataWidth/8-1:0]        wstrb_o,
+    output logic                          wlast_o,
+    input  logic                          bvalid_i,
+    output logic                          bready_o,
+    input  logic [IdWidth-1:0]            bid_i,
+    input  logic [1:0]                    bresp_i
+);
+
+  logic rd_valid, rd_ready, rd_violation, rd_idle, rd_waiting;
+  logic wr_valid, wr_ready, wr_violation, wr_idle;
+  logic [31:0] rd_oldest, wr_oldest;
+
+  xy_guard #(.Regions(Regions)) u_read_guard (
+      .base_i,
+      .lines_i,
+      .valid_i    (rd_valid_i),
+      .ready_o    (rd_ready_o),
+      .addr_i     (rd_addr_i),
+      .region_i   (rd_region_i),
+      .valid_o    (rd_valid),
+      .ready_i    (rd_ready),
+      .violation_o(rd_violation)
+  );
+
+  xy_guard #(.Regions(Regions)) u_write_guard (
+      .base_i,
+      .lines_i,
+      .valid_i    (wr_valid_i),
+      .ready_o    (wr_ready_o),
+      .addr_i     (wr_addr_i),
+      .region_i   (wr_region_i),
+      .valid_o    (wr_valid),
+      .ready_i    (wr_ready),
+      .violation_o(wr_violation)
+  );
+
+  xy_axi_read #(
+      .DataWidth(DataWidth),
+      .IdWidth  (IdWidth),
+      .TagWidth (TagWidth)
+  ) u_read (
+      .clk_i,
+      .rst_ni,
+      .rd_valid_i    (rd_valid),
+      .rd_ready_o    (rd_ready),
+      .rd_addr_i,
+      .rd_tag_i,
+      .rsp_valid_o,
+      .rsp_error_o,
+      .rsp_addr_o,
+      .rsp_tag_o,
+      .rsp_data_o,
+      .idle_o        (rd_idle),
+      .oldest_valid_o(rd_waiting),
+      .oldest_o      (rd_oldest),
+      .arvalid_o,
+      .arready_i,
+      .arid_o,
+      .araddr_o,
+      .arlen_o,
+      .arsize_o,
+      .arburst_o,
+      .rvalid_i,
+      .rready_o,
+      .rid_i,
+      .rdata_i,
+      .rresp_i,
+      .rlast_i
+  );
+
+  xy_axi_write #(
+      .DataWidth(DataWidth),
+      .IdWidth  (IdWidth)
+  ) u_write (
+      .clk_i,
+      .rst_ni,
+      .wr_valid_i(wr_valid),
+      .wr_ready_o(wr_ready),
+      .wr_addr_i,
+      .wr_data_i,
+      .wr_strb_i,
+      .error_o   (write_error_o),
+      .oldest_o  (wr_oldest),
+      .idle_o    (wr_idle),
+      .awvalid_o,
+      .awready_i,
+      .awid_o,
+      .awaddr_o,
+      .awlen_o,
+      .awsize_o,
+      .awburst_o,
+      .wvalid_o,
+      .wready_i,
+      .wdata_o,
+      .wstrb_o,
+      .wlast_o,
+      .bvalid_i,
+      .bready_o,
+      .bid_i,
+      .bresp_i
+  );
+
+  assign violation_o        = rd_violation || wr_violation;
+  assign violation_region_o = rd_violation ? rd_region_i : wr_region_i;
+  assign violation_addr_o   = rd_violation ? rd_addr_i : wr_addr_i;
+  assign write_addr_o       = wr_oldest;
+  assign idle_o             = rd_idle && wr_idle;
+  assign waiting_addr_o     = rd_waiting ? rd_oldest : wr_oldest;
+
+  logic wrote;
+  assign wrote       = wr_valid && wr_ready;
+  assign read_line_o = rd_valid && rd_ready;
+  assign moved_o     = read_line_o || wrote || (arvalid_o && arready_i) || rvalid_i
+      || (awvalid_o && awready_i) || (wvalid_o && wready_i) || bvalid_i;
+
+  always_comb begin
+    wrote_bytes_o = '0;
+    for (int unsigned i = 0; i < xy_pkg::LineBytes; i++) begin
+      wrote_bytes_o = wrote_bytes_o + 7'(wrote && wr_strb_i[i]);
+    end
+  end
+
+endmodule
