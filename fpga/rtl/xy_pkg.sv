@@ -36,8 +36,9 @@ package xy_pkg;
 
   // --- Registers, bundled ---
 
-  localparam int unsigned Regions = 8;   // in the order of xy_regs_pkg::region_id_e
-  localparam int unsigned Events  = 10;  // event counters, in the order of the registers
+  localparam int unsigned RegionWidth = 3;
+  localparam int unsigned Regions     = 2 ** RegionWidth;  // in the order of xy_regs_pkg::region_id_e
+  localparam int unsigned Events      = 10;                // event counters, in the order of the registers
 
   // Where a tree starts: its box, and a node's index or the first entry of a leaf.
   typedef struct packed {

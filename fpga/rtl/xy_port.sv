@@ -45,6 +45,7 @@ module xy_port #(
     output logic [31:0]                   write_addr_o,
     output logic                          moved_o,
     output logic                          idle_o,
+    output logic                          quiet_o,        // all lines written can be read back
     output logic [31:0]                   waiting_addr_o,
     output logic                          read_line_o,    // a line was asked for
     output logic [6:0]                    wrote_bytes_o,  // 0 if none were taken
@@ -180,6 +181,7 @@ module xy_port #(
   assign violation_addr_o   = rd_violation ? rd_addr_i : wr_addr_i;
   assign write_addr_o       = wr_oldest;
   assign idle_o             = rd_idle && wr_idle;
+  assign quiet_o            = wr_idle;
   assign waiting_addr_o     = rd_waiting ? rd_oldest : wr_oldest;
 
   logic wrote;
