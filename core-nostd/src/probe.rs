@@ -101,6 +101,9 @@ pub trait Probe {
     /// Traversal tested a ray against one triangle.
     #[inline]
     fn triangle_test(&mut self) {}
+    /// The triangle tested last is the best hit so far.
+    #[inline]
+    fn best_hit(&mut self) {}
     /// Traversal pushed its stack, which now holds `depth` entries.
     #[inline]
     fn stack_push(&mut self, depth: usize) {}
@@ -203,6 +206,10 @@ impl<P: Probe + ?Sized> Probe for &mut P {
     #[inline]
     fn triangle_test(&mut self) {
         (**self).triangle_test();
+    }
+    #[inline]
+    fn best_hit(&mut self) {
+        (**self).best_hit();
     }
     #[inline]
     fn stack_push(&mut self, depth: usize) {

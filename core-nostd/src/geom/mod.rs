@@ -6,4 +6,4 @@ mod triangle;
 
 pub use aabb::Aabb;
 pub use ray::{Axis, Ray, RayError};
-pub use triangle::{Intersection, PrimIndex, Triangle};
+pub use triangle::{Crossing, Intersection, PrimIndex, Triangle};

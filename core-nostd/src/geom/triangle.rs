@@ -36,6 +36,19 @@ pub struct Intersection {
     pub denominator: i128,
 }
 
+/// Where a ray's line, without regard to the ray's interval, meets a triangle: exact fractions.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Crossing {
+    /// Numerator of the time in units of 2⁻⁶, over `determinant`.
+    pub time: i128,
+    /// Numerator of the weight of vertex 1, over `determinant << 6`.
+    pub u: i128,
+    /// Numerator of the weight of vertex 2, over `determinant << 6`.
+    pub v: i128,
+    /// The determinant, positive.
+    pub determinant: i128,
+}
+
 impl Triangle {
     /// Bytes of a triangle record in memory: three vertices of 3 × i32 and the identifier as u32,
     /// little-endian (P3 §5: 36 + 4 bytes).
@@ -69,7 +82,23 @@ impl Triangle {
 
     /// Intersects the ray with the closed triangle, exactly, within `t_min < t <= t_max`.
     ///
-    /// `t_max` replaces the ray's own end: it is the time of the best hit so far. The test is Möller
+    /// `t_max` replaces the ray's own end: it is the time of the best hit so far.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray, t_max: Time) -> Option<Intersection> {
+        let Crossing { time, u, v, determinant } = self.crossing(ray)?;
+        let after = time > determinant * i128::from(ray.t_min().to_bits());
+        let before = time <= determinant * i128::from(t_max.to_bits());
+        (after && before).then(|| {
+            let floor = time.div_euclid(determinant);
+            let up = i128::from(floor * determinant != time);
+            let denominator = determinant << 6;
+            Intersection { t: Time::from_bits((floor + up) as i64), u, v, denominator }
+        })
+    }
+
+    /// Where the ray's line meets the closed triangle, or `None` if it passes the triangle by.
+    ///
+    /// The test is Möller
     /// and Trumbore's in integers: every quantity below is the exact value of a polynomial of the
     /// inputs, so a point on an edge belongs to both triangles that share the edge (a ray cannot
     /// slip between them) and no epsilon is needed. A ray in the triangle's plane and a triangle
@@ -80,7 +109,7 @@ impl Triangle {
     /// `(origin − vertex) × edge` 2⁵⁶; the products of these with one more vector stay below 2⁹⁰,
     /// and the time's numerator, shifted to units of 2⁻⁶, below 2¹¹³.
     #[inline]
-    pub fn intersect(&self, ray: &Ray, t_max: Time) -> Option<Intersection> {
+    pub fn crossing(&self, ray: &Ray) -> Option<Crossing> {
         let [v0, v1, v2] = self.vertices.map(|v| v.to_array().map(i64::from));
         let e1 = sub(v1, v0);
         let e2 = sub(v2, v0);
@@ -94,9 +123,9 @@ impl Triangle {
         let from_v0 = sub(o, v0.map(|c| c << 6));
         // Make the determinant positive; flipping all signs flips none of the ratios.
         let sign = if det < 0 { -1 } else { 1 };
-        let det = det * i128::from(sign);
+        let determinant = det * i128::from(sign);
         // u and v carry the 2^-6 of the origin, so their denominator does.
-        let denominator = det << 6;
+        let denominator = determinant << 6;
         let u = dot(from_v0, p) * i128::from(sign);
         if u < 0 || u > denominator {
             return None;
@@ -107,15 +136,9 @@ impl Triangle {
             return None;
         }
         // t = (e2 · q) / denominator in units of one direction vector; · 2^30 in time units;
-        // · 2^6 in its smallest step. Together: numerator << 30 over det.
-        let numerator = (dot(e2, q) * i128::from(sign)) << 30;
-        let after = numerator > det * i128::from(ray.t_min().to_bits());
-        let before = numerator <= det * i128::from(t_max.to_bits());
-        (after && before).then(|| {
-            let floor = numerator.div_euclid(det);
-            let up = i128::from(floor * det != numerator);
-            Intersection { t: Time::from_bits((floor + up) as i64), u, v, denominator }
-        })
+        // · 2^6 in its smallest step. Together: the product << 30 over the determinant.
+        let time = (dot(e2, q) * i128::from(sign)) << 30;
+        Some(Crossing { time, u, v, determinant })
     }
 }
 

@@ -232,6 +232,7 @@ fn search_leaf<B: Bus, P: Probe>(
             let t = at.t.to_bits();
             let wins = best.hit.is_none_or(|(holder, _)| t < best.t_max || primitive < holder);
             if wins {
+                probe.best_hit();
                 *best = Best { t_max: t, hit: Some((primitive, at)) };
             }
             if query == Query::Any {

@@ -6,7 +6,7 @@
 //!   `unsafe`.
 //! - [`axi`] is the memory at a unit's AXI4 port, timed by a memory model of `xylem`.
 //! - [`random`] draws what units are fed, from a seed.
-//! - One module a unit says what it is fed and compares every output of every cycle: [`heap`].
+//! - One module a unit says what it is fed and compares every output of every cycle: [`heap`], [`traverser`].
 //!
 //! The RTL is data to this crate, not part of its build: `cargo build` needs no Verilator.
 
@@ -16,6 +16,7 @@ pub mod axi;
 pub mod heap;
 pub mod random;
 pub mod rtl;
+pub mod traverser;
 pub mod verilate;
 
 /// Whether the tools for `test` are there. If not, says that it is skipped.

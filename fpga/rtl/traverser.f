@@ -1,0 +1,10 @@
+xy_pkg.sv
+xy_trace_pkg.sv
+xy_ram.sv
+xy_multiplier.sv
+xy_reciprocal.sv
+xy_pair_decode.sv
+xy_time_shift.sv
+xy_box_test.sv
+xy_divider.sv
+xy_triangle_test.sv
