@@ -26,6 +26,7 @@ stages=(
     "proof|a solver proves the lemmas of watertightness at any width|prove_lemmas"
     "registers|generated registers are current, and the RTL keeps them|check_registers"
     "lint|the RTL is clean in Verilator and yosys|fpga/rtl/lint.sh"
+    "formal|proofs about the RTL hold, and each can fail|fpga/formal/run.sh"
     "cosim|RTL and cycle models agree in every cycle|run_cosim"
     "synthesis|the heap places and routes|fpga/syn/run.sh --smoke"
     "demo|the main job runs and leaves its report|run_demo"

@@ -40,6 +40,8 @@ module fv_fifo (
   logic [2:0] ahead;        // words inside that came before the picked one
   logic [1:0] word;
 
+  logic [2:0] pops = '0;    // counts words out
+
   assign push = in_valid_i && in_ready && rst_ni;
   assign pop  = out_valid && out_ready_i && rst_ni;
 
@@ -49,6 +51,7 @@ module fv_fifo (
       picked <= 1'b0;
     end else begin
       count <= count + 3'(push) - 3'(pop);
+      pops  <= pops + 3'(pop);
       if (picked && pop) begin
         ahead <= ahead - 1'b1;
         if (ahead == '0) picked <= 1'b0;
@@ -67,6 +70,9 @@ module fv_fifo (
       a_offers_what_there_is : assert (out_valid == (count != '0));
       if (picked && ahead == '0) a_word_comes_out : assert (out_valid && out_data == word);
       if (picked) a_word_is_inside : assert (ahead < count);
+      c_full : cover (count == 3'(Depth) && picked && ahead == 3'(Depth - 1));
+      c_wraps : cover (pops == 3'(Depth + 1) && count == 3'(Depth));
+      c_both : cover (push && pop);
     end
   end
 

