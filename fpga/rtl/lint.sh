@@ -53,3 +53,13 @@ lint burst_writer three_lines RecordBits 256 BurstLines 3
 for width in 32 64 128 256 512; do
     lint port "$width" DataWidth "$width"
 done
+
+lint emitter wide CodeWidth 63
+lint emitter narrow CodeWidth 30
+lint emit small CodeWidth 63 BurstLines 2
+lint emit paper CodeWidth 63 BurstLines 8
+for bits in 4 6 8; do
+    lint context "bits$bits" Bits $bits Margin 1
+    lint encoder "bits$bits" Bits $bits
+    lint recoder "bits$bits" Bits $bits
+done

@@ -24,6 +24,37 @@ package xy_pkg;
     box_t        box;
   } record_t;
 
+  // A finished part of a tree: its box and the pointer to it. count is the number of primitives in a
+  // leaf, whose first entry in the leaf table is index; it is 0 for a node, whose number is index.
+  typedef struct packed {
+    logic [31:0] index;
+    logic [7:0]  count;
+    box_t        box;
+  } subtree_t;
+
+  localparam int unsigned SubtreeBits = 32 + 8 + 6 * CoordWidth;
+
+  // --- Traversal contexts ---
+
+  // The widest quantized coordinate. Narrower ones leave the upper bits of fields 0.
+  localparam int unsigned MaxQuant = 8;
+
+  // A node's decoded box and the grid on which its children are encoded (P3 §3): per axis, x lowest, the
+  // grid's cell is 2^scale units wide, the box spans `cells` cells from `lower` on, which is a multiple of
+  // the cell's size. What P3 calls the lower bound modulo 2^N is `lower >> scale` cut to N bits.
+  typedef struct packed {
+    logic [2:0][CoordWidth-1:0] lower;
+    logic [2:0][MaxQuant:0]     cells;
+    logic [2:0][4:0]            scale;
+  } place_t;
+
+  // A child's decoded box in cells of its parent's grid: how many cells above the parent's lower bound it
+  // starts, and how many it spans.
+  typedef struct packed {
+    logic [2:0][MaxQuant:0]   width;
+    logic [2:0][MaxQuant-1:0] low;
+  } cells_t;
+
   // --- Memory ---
 
   // A line is what moves over a memory port at once. Byte i is in bits 8i+7:8i.

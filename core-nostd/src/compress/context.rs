@@ -181,6 +181,47 @@ impl Placement {
         Some((out, cell_box))
     }
 
+    /// Whether a node that was encoded in this placement must be encoded again for placement `new`.
+    ///
+    /// Modulo coordinates name cells of a scene-wide grid: they stay right while its scale does (P3
+    /// §4.2). Relative ones must also count from the same lower bound; the number of its cell modulo
+    /// 2^N tells, as both boxes hold the same exact one and span 2^N cells at most. Boxes that were
+    /// encoded on a coarser grid before may also stick out of a decoded box that has become smaller.
+    pub fn is_outdated(&self, new: &Self, quantization: &Quantization) -> bool {
+        let (old, now) = (&self.context, &new.context);
+        let moved = quantization.coordinates == Coordinates::Relative && old.low != now.low;
+        old.scale != now.scale || moved || !new.decoded().contains(&self.decoded())
+    }
+
+    /// Encodes a child of a node in this placement again for placement `new`, or gives `None` for one
+    /// that no encoder wrote. Beside its code come the placements of the child before and after.
+    pub fn recode(
+        &self,
+        new: &Self,
+        child: &QuantizedChild,
+        quantization: &Quantization,
+    ) -> Option<(QuantizedChild, [Self; 2])> {
+        let cells = self.context.decode(child, quantization)?;
+        let bounds = self.inclusive(&cells, new);
+        let (code, recoded) = new.encode(&bounds, child.child, quantization)?;
+        Some((code, [self.child(&cells, quantization), new.child(&recoded, quantization)]))
+    }
+
+    /// The decoded box of a child, with its upper bound inside, cut to its parent's new box.
+    ///
+    /// Decoded upper bounds are outside a box by P3 Eq. 1, so that rounding one again must not add
+    /// another cell to it. The exact box is in both the child's and the parent's.
+    fn inclusive(&self, child: &CellBox, new: &Self) -> Aabb {
+        let scale = self.context.scale;
+        let low = |axis: usize| self.lower[axis] + (i32::from(child.low[axis]) << scale[axis]);
+        let high = |axis: usize| low(axis) + (i32::from(child.width[axis]) << scale[axis]) - 1;
+        let decoded = new.decoded();
+        Aabb::new(
+            IVec3::new(low(0), low(1), low(2)).max(decoded.min),
+            IVec3::new(high(0), high(1), high(2)).min(decoded.max - IVec3::ONE),
+        )
+    }
+
     /// The placement of a child whose decoded box is `child`.
     pub fn child(&self, child: &CellBox, quantization: &Quantization) -> Self {
         let offset = |axis: usize| i32::from(child.low[axis]) << self.context.scale[axis];

@@ -1,18 +1,16 @@
 //! Backtracking: nodes that were encoded in a context that turned out to be wrong are encoded
 //! again (P3 Algorithm 1, `Backtrack`).
 
-use glam::IVec3;
 use heapless::Vec;
 
+use super::Placement;
 use super::lines::LineBuffer;
-use super::{CellBox, Placement};
 use crate::emit::MAX_DEPTH;
 use crate::error::BuildError;
-use crate::geom::Aabb;
 use crate::mem::Bus;
 use crate::node::{
-    Child, Coordinates, NodeIndex, Quantization, QuantizedChild, QuantizedPair, QuantizedView,
-    WideNode, WideView,
+    Child, NodeIndex, Quantization, QuantizedChild, QuantizedPair, QuantizedView, WideNode,
+    WideView,
 };
 use crate::probe::Probe;
 
@@ -26,15 +24,8 @@ pub(super) struct Repair {
 
 impl Repair {
     /// Whether the node must be encoded again.
-    ///
-    /// Modulo coordinates name cells of a scene-wide grid: they stay right while its scale does (P3
-    /// §4.2). Relative ones must also count from the same lower bound; the number of its cell modulo
-    /// 2^N tells, as both boxes hold the same exact one and span 2^N cells at most. Boxes that were
-    /// encoded on a coarser grid before may also stick out of a decoded box that has become smaller.
     pub fn is_needed(&self, quantization: &Quantization) -> bool {
-        let (old, new) = (&self.old.context, &self.new.context);
-        let moved = quantization.coordinates == Coordinates::Relative && old.low != new.low;
-        old.scale != new.scale || moved || !self.new.decoded().contains(&self.old.decoded())
+        self.old.is_outdated(&self.new, quantization)
     }
 }
 
@@ -121,15 +112,9 @@ pub(super) fn backtrack<R: Record, B: Bus, P: Probe>(
 
         let (old, new) = (&repair.old, &repair.new);
         let recode = |child: &QuantizedChild| {
-            let cells = old.context.decode(child, quantization)?;
-            let bounds = inclusive(old, &cells, new);
-            let (code, recoded) = new.encode(&bounds, child.child, quantization)?;
+            let (code, [old, new]) = old.recode(new, child, quantization)?;
             let below = match child.child {
-                Child::Inner(below) if below.0 < index => Some(Repair {
-                    index: below,
-                    old: old.child(&cells, quantization),
-                    new: new.child(&recoded, quantization),
-                }),
+                Child::Inner(below) if below.0 < index => Some(Repair { index: below, old, new }),
                 Child::Inner(_) => return None,
                 Child::Leaf { .. } => None,
             };
@@ -157,23 +142,10 @@ pub(super) fn backtrack<R: Record, B: Bus, P: Probe>(
     Ok(())
 }
 
-/// The decoded box of a child, with its upper bound inside, cut to its parent's new box.
-///
-/// Decoded upper bounds are outside a box by P3 Eq. 1, so that rounding one again must not add
-/// another cell to it. The exact box is in both the child's and the parent's.
-fn inclusive(parent: &Placement, child: &CellBox, new: &Placement) -> Aabb {
-    let scale = parent.context.scale;
-    let low = |axis: usize| parent.lower[axis] + (i32::from(child.low[axis]) << scale[axis]);
-    let high = |axis: usize| low(axis) + (i32::from(child.width[axis]) << scale[axis]) - 1;
-    let decoded = new.decoded();
-    Aabb::new(
-        IVec3::new(low(0), low(1), low(2)).max(decoded.min),
-        IVec3::new(high(0), high(1), high(2)).min(decoded.max - IVec3::ONE),
-    )
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::IVec3;
+
     use super::*;
     use crate::compress::Context;
     use crate::mem::{ByteAddr, Region};

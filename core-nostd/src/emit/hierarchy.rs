@@ -144,7 +144,7 @@ pub enum Step {
 ///
 /// With a threshold ([`Emitter::with_threshold`]; P2 Algorithm 1, lines 15–19) only splits up to it
 /// are made, and the subtrees between higher ones come out as cells, the last one too.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Emitter {
     stack: Vec<Cell, MAX_DEPTH>,
     max_leaf_size: u32,

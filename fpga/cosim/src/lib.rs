@@ -6,17 +6,24 @@
 //!   `unsafe`.
 //! - [`axi`] is the memory at a unit's AXI4 port, timed by a memory model of `xylem`.
 //! - [`random`] draws what units are fed, from a seed.
-//! - One module a unit says what it is fed and compares every output of every cycle: [`heap`], [`traverser`].
+//! - [`bench`] clocks a unit and holds its outputs against a model's; [`types`] are its pins' bytes.
+//! - One module a unit says what it is fed and compares every output of every cycle: [`heap`],
+//!   [`emitter`], [`emit`], [`context`], [`traverser`].
 //!
 //! The RTL is data to this crate, not part of its build: `cargo build` needs no Verilator.
 
 #![deny(unsafe_code)]
 
 pub mod axi;
+pub mod bench;
+pub mod context;
+pub mod emit;
+pub mod emitter;
 pub mod heap;
 pub mod random;
 pub mod rtl;
 pub mod traverser;
+pub mod types;
 pub mod verilate;
 
 /// Whether the tools for `test` are there. If not, says that it is skipped.

@@ -137,6 +137,12 @@ impl Rtl {
         }
     }
 
+    /// The name of an output port.
+    pub fn name(&self, output: Pin) -> &str {
+        let port = self.ports.iter().find(|port| !port.input && port.pin == output);
+        port.map_or("", |port| &port.name)
+    }
+
     /// Sets an input of up to 64 bits; higher bits are cut off.
     pub fn set(&mut self, pin: Pin, value: impl Into<u64>) {
         let value = value.into() & (u64::MAX >> 64u32.saturating_sub(pin.bits));

@@ -1,115 +1,114 @@
-//! Cycle model of the hierarchy emitter with its two write ports (P2 §5.4).
+//! Cycle model of the hierarchy emitter, `xy_emitter` (P2 §5.4).
 //!
 //! | Property | Value |
 //! |---|---|
 //! | Throughput | one stack operation, or one primitive into the open leaf, a cycle |
 //! | Input | a primitive is taken in the cycle of the first operation that it causes |
-//! | Stalls | while the node writer has no room for a node, or the leaf table writer for an entry |
+//! | Stalls | while there is no room for a node; for a primitive, also while there is none for an entry |
 //!
 //! What it computes is `xylem_core::emit::Emitter`; this adds when.
 
 use xylem_core::emit::{Emitter, Step};
-use xylem_core::error::{BuildError, RegionName};
-use xylem_core::node::{Bvh2Node, LeafEntry, NodeFormat, Tree};
-use xylem_core::pipeline::{BuildConfig, BuildRegions};
-use xylem_core::probe::Stage;
+use xylem_core::node::{Bvh2Node, LeafEntry, Subtree};
 use xylem_core::sort::Item;
 
-use super::port::PortError;
-use super::writer::Writer;
-
-/// The emitter between the merge's FIFO and the memory port.
-#[derive(Debug)]
+/// The emitter between the merge's FIFO and whatever takes its nodes and leaf table entries.
+#[derive(Clone, Debug)]
 pub struct EmitterUnit {
     emitter: Emitter,
-    /// Writes 64-byte nodes.
-    pub nodes: Writer,
-    /// Writes leaf table entries.
-    pub leaf_table: Writer,
-    tree: Tree,
+    root: Option<Subtree>,
+    entries: u32,
     ended: bool,
-    finished: bool,
+    done: bool,
 }
 
-/// What the unit did in a cycle.
+/// What the unit sees in a cycle.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Did {
-    /// It took the item offered.
-    pub accepted: bool,
+pub struct Inputs<'a> {
+    /// The primitive offered.
+    pub item: Option<&'a Item>,
+    /// Without an item: none follows.
+    pub end: bool,
+    /// Whether a node would be taken.
+    pub node_ready: bool,
+    /// Whether a leaf table entry would be taken.
+    pub entry_ready: bool,
+}
+
+/// What the unit does in a cycle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Outputs {
+    /// An item would be taken, and is if there is one.
+    pub item_ready: bool,
+    /// The node that leaves.
+    pub node: Option<Bvh2Node>,
+    /// The leaf table entry that leaves.
+    pub entry: Option<LeafEntry>,
     /// It did a stack operation or extended a leaf.
     pub worked: bool,
 }
 
 impl EmitterUnit {
-    /// A unit that has seen nothing.
-    pub fn new(config: &BuildConfig, regions: &BuildRegions) -> Self {
-        let writer = |region, name| Writer::new(region, name, Stage::Emit, config.write_burst);
-        Self {
-            emitter: Emitter::new(config.max_leaf_size),
-            nodes: writer(regions.nodes, RegionName::Nodes),
-            leaf_table: writer(regions.leaf_table, RegionName::LeafTable),
-            tree: Tree::empty(NodeFormat::Bvh2, regions.nodes, regions.leaf_table),
-            ended: false,
-            finished: false,
-        }
+    /// A unit that has seen nothing, for leaves of at most `max_leaf_size` primitives.
+    pub fn new(max_leaf_size: u32) -> Self {
+        let emitter = Emitter::new(max_leaf_size);
+        Self { emitter, root: None, entries: 0, ended: false, done: false }
     }
 
-    /// Runs one cycle in which `item` is offered; with `end`, no item follows.
-    ///
-    /// # Errors
-    /// [`BuildError::RegionFull`].
-    pub fn tick(
-        &mut self,
-        item: Option<&Item>,
-        end: bool,
-        image: &mut [u8],
-    ) -> Result<Did, BuildError<PortError>> {
-        let mut did = Did { accepted: false, worked: false };
-        if self.finished || !self.nodes.is_ready(Bvh2Node::BYTES) {
-            return Ok(did);
+    /// Runs one cycle.
+    pub fn tick(&mut self, inputs: &Inputs<'_>) -> Outputs {
+        let mut outputs = Outputs::default();
+        if self.done || !inputs.node_ready {
+            return outputs;
         }
-        if self.emitter.is_ready() && self.leaf_table.is_ready(LeafEntry::BYTES) {
-            let mut entry = None;
-            if let Some(item) = item {
-                entry = self.emitter.accept(item, &mut ()).map_err(|_| BuildError::Internal)?;
-                self.tree.entry_count += 1;
-                did = Did { accepted: true, worked: true };
-            } else if end && !self.ended {
+        if self.emitter.is_ready() && inputs.entry_ready {
+            outputs.item_ready = true;
+            if let Some(item) = inputs.item {
+                // It is ready.
+                outputs.entry = self.emitter.accept(item, &mut ()).unwrap_or(None);
+                outputs.worked = true;
+                self.entries += 1;
+            } else if inputs.end && !self.ended {
                 self.ended = true;
-                entry = self.emitter.finish();
+                outputs.entry = self.emitter.finish();
                 // Nothing was ever accepted.
-                self.finished = entry.is_none();
-            }
-            if let Some(entry) = entry {
-                self.leaf_table.push(image, &entry.to_bytes())?;
+                self.done = outputs.entry.is_none();
             }
         }
         match self.emitter.step(&mut ()) {
             Step::Idle => {}
-            Step::Push | Step::JoinLeaves { .. } | Step::Cell(_) => did.worked = true,
+            Step::Push | Step::JoinLeaves { .. } | Step::Cell(_) => outputs.worked = true,
             Step::Node(node) => {
-                self.nodes.push(image, &node.to_bytes())?;
-                did.worked = true;
+                outputs.node = Some(node);
+                outputs.worked = true;
             }
             Step::Root(root) => {
-                self.tree.root = Some(root);
-                self.finished = true;
+                self.root = Some(root);
+                self.done = true;
             }
         }
-        if self.finished {
-            self.tree.node_count = self.emitter.nodes();
-            self.tree.leaf_count = self.emitter.leaves();
-        }
-        Ok(did)
+        outputs
     }
 
-    /// Whether the root is known.
-    pub fn is_finished(&self) -> bool {
-        self.finished
+    /// The node and the entry that it offers in a cycle, taken or not.
+    pub fn offers(&self, inputs: &Inputs<'_>) -> (Option<Bvh2Node>, Option<LeafEntry>) {
+        // Each as if its own channel were ready, on a copy.
+        let node = self.clone().tick(&Inputs { node_ready: true, ..*inputs }).node;
+        (node, self.clone().tick(&Inputs { entry_ready: true, ..*inputs }).entry)
     }
 
-    /// The tree so far.
-    pub fn tree(&self) -> &Tree {
-        &self.tree
+    /// Whether the root is known: nothing leaves any more.
+    pub fn is_done(&self) -> bool {
+        self.done
+    }
+
+    /// The whole tree, when it is done; `None` for no primitives.
+    pub fn root(&self) -> Option<Subtree> {
+        self.root
+    }
+
+    /// Nodes, leaves and leaf table entries so far.
+    pub fn counts(&self) -> [u32; 3] {
+        [self.emitter.nodes(), self.emitter.leaves(), self.entries]
     }
 }

@@ -5,12 +5,13 @@
 //! in every output of every cycle.
 //!
 //! [`mergetree::build`] is the whole builder: [`reader`], [`sorter`], [`multimerge`] around [`heap`],
-//! [`emitter`] and [`writer`], behind a [`port`] to the memory model of [`crate::dram`]. Emitters and
+//! [`emit`] and [`writer`], behind a [`port`] to the memory model of [`crate::dram`]. Emitters and
 //! top-level builders without a unit of their own run from [`tape`].
 
 pub mod activity;
 pub mod compressor;
 pub mod config;
+pub mod emit;
 pub mod emitter;
 pub mod fault;
 pub mod heap;

@@ -10,7 +10,7 @@ use xylem_core::sort::Item;
 use xylem_core::toplevel::TopLevel;
 
 use super::compressor::CompressorEvents;
-use super::emitter::{Did, EmitterUnit};
+use super::emit::{Did, EmitUnit};
 use super::player::Player;
 use super::port::{Access, PortError};
 use super::tape::{OutOfRange, Tape};
@@ -23,7 +23,7 @@ use crate::bus::Traffic;
 #[expect(clippy::large_enum_variant, reason = "there is one")]
 pub(super) enum Tail<'a> {
     /// The hierarchy emitter, modelled unit by unit.
-    Emitter(EmitterUnit),
+    Emitter(EmitUnit),
     /// Any emitter of the core, played from tape.
     Tape(TapeUnit<'a>),
 }
@@ -64,14 +64,7 @@ impl Tail<'_> {
         image: &mut [u8],
     ) -> Result<Did, BuildError<PortError>> {
         match self {
-            Self::Emitter(unit) => {
-                let did = unit.tick(item, end, image)?;
-                if unit.is_finished() {
-                    unit.nodes.flush();
-                    unit.leaf_table.flush();
-                }
-                Ok(did)
-            }
+            Self::Emitter(unit) => unit.tick(item, end, image),
             Self::Tape(unit) => unit.tick(item, end, image),
         }
     }
@@ -79,9 +72,7 @@ impl Tail<'_> {
     /// Whether the tree is done and sent.
     pub fn is_finished(&self) -> bool {
         match self {
-            Self::Emitter(unit) => {
-                unit.is_finished() && unit.nodes.is_empty() && unit.leaf_table.is_empty()
-            }
+            Self::Emitter(unit) => unit.is_finished(),
             Self::Tape(unit) => unit.tree.is_some() && unit.player.is_done(),
         }
     }
@@ -89,7 +80,7 @@ impl Tail<'_> {
     /// The tree, when it is finished.
     pub fn tree(&self) -> Option<&Tree> {
         match self {
-            Self::Emitter(unit) => unit.is_finished().then(|| unit.tree()),
+            Self::Emitter(unit) => unit.tree(),
             Self::Tape(unit) => unit.tree.as_ref(),
         }
     }
@@ -101,7 +92,7 @@ impl Tail<'_> {
 
     fn writers(&self) -> [Option<&Writer>; PORTS] {
         match self {
-            Self::Emitter(unit) => [Some(&unit.nodes), Some(&unit.leaf_table)],
+            Self::Emitter(unit) => unit.writers().map(Some),
             Self::Tape(_) => [None, None],
         }
     }
@@ -124,8 +115,7 @@ impl Tail<'_> {
     /// The line offered was taken.
     pub fn taken(&mut self, port: usize) {
         match (self, port) {
-            (Self::Emitter(unit), 0) => unit.nodes.taken(),
-            (Self::Emitter(unit), _) => unit.leaf_table.taken(),
+            (Self::Emitter(unit), _) => unit.taken(port),
             (Self::Tape(unit), _) => unit.player.write_taken(),
         }
     }
@@ -133,8 +123,7 @@ impl Tail<'_> {
     /// Ends the cycle of its writers.
     pub fn tick_writers(&mut self, image: &mut [u8]) {
         if let Self::Emitter(unit) = self {
-            unit.nodes.tick(image);
-            unit.leaf_table.tick(image);
+            unit.tick_writers(image);
         }
     }
 
@@ -179,10 +168,7 @@ impl Tail<'_> {
     /// Adds its bursts to `traffic`.
     pub fn count(&self, traffic: &mut Traffic) {
         match self {
-            Self::Emitter(unit) => {
-                unit.nodes.count(traffic);
-                unit.leaf_table.count(traffic);
-            }
+            Self::Emitter(unit) => unit.writers().iter().for_each(|writer| writer.count(traffic)),
             Self::Tape(unit) => unit.tape.count(traffic),
         }
     }

@@ -29,7 +29,7 @@ use self::control::Machine;
 use super::activity::Activity;
 use super::compressor::CompressorEvents;
 use super::config::{MachineConfig, MachineConfigError};
-use super::emitter::EmitterUnit;
+use super::emit::EmitUnit;
 use super::port::{LINE_BYTES, Port, PortError};
 use super::tail::{Tail, TapeUnit};
 use super::tape::Tape;
@@ -106,7 +106,7 @@ pub fn build<P: Port>(
     let mut storage = TreeStorage { top, held: &mut held, open: &mut [] };
     let passes = config.further_passes(count);
     let tail = if Tail::is_plain(&build) {
-        Tail::Emitter(EmitterUnit::new(&build, regions))
+        Tail::Emitter(EmitUnit::new(&build, regions))
     } else {
         // The last merge reads from one region of runs, so the other one is free.
         let lists = match passes % 2 {

@@ -1,0 +1,3 @@
+xy_pkg.sv
+xy_msb.sv
+xy_context.sv

@@ -1,0 +1,281 @@
+// Hierarchy emitter: sorted primitives in, nodes of a binary tree out, children before parents (P2 §5.4,
+// Algorithm 1).
+//
+//        item ──► open leaf ──► current subtree ──┬─► node under the two ──► node_o
+//                                 ▲     │         │
+//                              pending  └─ push ► stack: top in registers, the rest in memory
+//                                 └──── node ─────┘ pop
+//
+// Primitives of equal codes share a leaf of up to max_leaf_i. The split behind each subtree has a level:
+// the highest bit in which the codes beside it differ, above 32; or, between two leaves of one code, the
+// highest bit in which the numbers of leaves before them differ. A subtree is joined to the top of the
+// stack while that one's level is not higher than its own, then pushed; so levels fall from the bottom of
+// the stack to its top, and 95 places are enough for every input, sorted or not.
+//
+// Handshake   item: valid/ready; end_i says that no item follows the one offered, or, with
+//             item_valid_i low, that none does, and stays. A primitive is taken in the cycle of the first
+//             operation that it causes.
+//             node, entry: valid/ready. A node and an entry that one primitive causes leave in one cycle,
+//             or neither does: node_valid_o and entry_valid_o look at the other channel's ready. A ready
+//             must not fall while something is offered.
+//             left_o and right_o are the node's children, valid with node_o.
+//             done_o is high from the cycle after the last node on, with the root and the counts.
+//             clear_i: the state after reset, in the next cycle.
+// Latency     0 from item to entry and node.
+// Throughput  one stack operation, or one primitive into the open leaf, a cycle; while there is no room
+//             for a node, nothing.
+// Cut paths   done_o, root_*_o and *_count_o are registers. Not cut: item_code_i and item_i to node_o and
+//             entry_o, the ready inputs to item_ready_o.
+module xy_emitter #(
+    parameter int unsigned CodeWidth = 63  // 2 to 63
+) (
+    input  logic                 clk_i,
+    input  logic                 rst_ni,
+    input  logic                 clear_i,
+
+    input  logic [7:0]           max_leaf_i,  // 0 counts as 1; stays during a build
+
+    input  logic                 item_valid_i,
+    output logic                 item_ready_o,
+    input  xy_pkg::record_t      item_i,
+    input  logic [CodeWidth-1:0] item_code_i,
+    input  logic                 end_i,
+
+    output logic                 node_valid_o,
+    input  logic                 node_ready_i,
+    output logic [511:0]         node_o,      // the bytes of the 64-byte node
+    output xy_pkg::subtree_t     left_o,
+    output xy_pkg::subtree_t     right_o,
+
+    output logic                 entry_valid_o,
+    input  logic                 entry_ready_i,
+    output logic [31:0]          entry_o,     // bit 31: the last one of its leaf
+
+    output logic                 done_o,
+    output logic                 root_valid_o,  // low for the tree of no primitives
+    output xy_pkg::subtree_t     root_o,
+    output logic [31:0]          node_count_o,
+    output logic [31:0]          leaf_count_o,
+    output logic [31:0]          entry_count_o
+);
+
+  localparam int unsigned MaxDepth   = 63 + 32;
+  localparam int unsigned LevelWidth = 7;
+  localparam int unsigned CodeLevel  = 32;  // that of the lowest bit of a code
+
+  // Above the level of every bit: there is nothing behind the subtree.
+  localparam logic [LevelWidth-1:0] LevelEnd = '1;
+
+  typedef struct packed {
+    logic [LevelWidth-1:0] level;  // of the split behind the subtree
+    xy_pkg::subtree_t      subtree;
+  } cell_t;
+
+  // --- The open leaf: the last primitive is in it ---
+
+  logic                 open_valid_q;
+  logic [CodeWidth-1:0] open_code_q;
+  xy_pkg::box_t         open_box_q;
+  logic [31:0]          open_first_q;
+  logic [7:0]           open_size_q;
+  logic [30:0]          open_prim_q;
+
+  logic        done_q, root_valid_q;
+  logic [31:0] nodes_q, leaves_q, entries_q;
+
+  // The level of a split behind the open leaf.
+  logic                         codes_differ;
+  logic [$clog2(CodeWidth)-1:0] code_bit;
+  logic                         leaves_differ;
+  logic [4:0]                   leaf_bit;
+  logic [LevelWidth-1:0]        level;
+
+  xy_msb #(.Width(CodeWidth)) u_code_bit (
+      .bits_i (open_code_q ^ item_code_i),
+      .any_o  (codes_differ),
+      .index_o(code_bit)
+  );
+
+  xy_msb #(.Width(32)) u_leaf_bit (
+      .bits_i (leaves_q ^ (leaves_q + 32'd1)),
+      .any_o  (leaves_differ),
+      .index_o(leaf_bit)
+  );
+
+  always_comb begin
+    level = LevelWidth'(leaf_bit);
+    if (codes_differ) level = LevelWidth'(code_bit) + LevelWidth'(CodeLevel);
+    if (!item_valid_i) level = LevelEnd;
+  end
+
+  logic grows;
+  assign grows = item_valid_i && open_valid_q && !codes_differ && (open_size_q < max_leaf_i);
+
+  // --- The current subtree: the pending one, or the open leaf as it closes ---
+
+  logic  pending_valid_q;
+  cell_t pending_q, current, top;
+  logic  listens, input_given, closes, current_valid, joins, works, takes, finishes;
+  logic  stack_empty, stack_full;
+
+  assign listens       = !pending_valid_q && !done_q;
+  assign input_given   = item_valid_i || end_i;
+  assign closes        = listens && open_valid_q && input_given && !grows;
+  assign current_valid = pending_valid_q || (closes && entry_ready_i);
+  assign works         = current_valid && node_ready_i;
+  assign item_ready_o  = listens && node_ready_i && entry_ready_i;
+  assign takes         = item_ready_o && item_valid_i;
+  assign finishes      = item_ready_o && !item_valid_i && end_i;
+
+  assign entry_valid_o = listens && node_ready_i && open_valid_q && input_given;
+  assign entry_o       = {!grows, open_prim_q};
+
+  assign current = pending_valid_q ? pending_q
+      : {level, open_first_q, open_size_q, open_box_q};
+  assign joins   = !stack_empty && (top.level <= current.level);
+
+  // --- The stack ---
+
+  logic push, pop, is_root;
+  assign is_root = !joins && (current.level == LevelEnd);
+  assign push    = works && !joins && !is_root;
+  assign pop     = works && joins;
+
+  xy_stack #(
+      .Width(LevelWidth + xy_pkg::SubtreeBits),
+      .Depth(MaxDepth)
+  ) u_stack (
+      .clk_i,
+      .rst_ni,
+      .clear_i,
+      .push_i (push),
+      .pop_i  (pop),
+      .data_i (current),
+      .top_o  (top),
+      .empty_o(stack_empty),
+      .full_o (stack_full)
+  );
+
+  // --- The node over the top of the stack and the current subtree ---
+
+  xy_pkg::box_t joined_box, grown_box;
+
+  xy_union u_joined (.a_i(top.subtree.box), .b_i(current.subtree.box), .box_o(joined_box));
+  xy_union u_grown (.a_i(open_box_q), .b_i(item_i.box), .box_o(grown_box));
+
+  assign node_valid_o = current_valid && joins;
+  assign left_o       = top.subtree;
+  assign right_o      = current.subtree;
+
+  xy_bvh2_pack u_pack (.left_i(left_o), .right_i(right_o), .node_o);
+
+  // --- State ---
+
+  logic pending_valid_d, open_valid_d, done_d, root_valid_d;
+
+  always_comb begin
+    pending_valid_d = pending_valid_q;
+    open_valid_d    = open_valid_q;
+    done_d          = done_q;
+    root_valid_d    = root_valid_q;
+    if (works) begin
+      pending_valid_d = joins;
+      done_d          = is_root;
+      root_valid_d    = is_root;
+    end
+    if (takes) open_valid_d = 1'b1;
+    if (finishes) begin
+      open_valid_d = 1'b0;
+      if (!open_valid_q) done_d = 1'b1;  // there was no primitive
+    end
+    if (clear_i) begin
+      pending_valid_d = 1'b0;
+      open_valid_d    = 1'b0;
+      done_d          = 1'b0;
+      root_valid_d    = 1'b0;
+    end
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      pending_valid_q <= 1'b0;
+      open_valid_q    <= 1'b0;
+      done_q          <= 1'b0;
+      root_valid_q    <= 1'b0;
+      nodes_q         <= '0;
+      leaves_q        <= '0;
+      entries_q       <= '0;
+    end else begin
+      pending_valid_q <= pending_valid_d;
+      open_valid_q    <= open_valid_d;
+      done_q          <= done_d;
+      root_valid_q    <= root_valid_d;
+      if (clear_i) begin
+        nodes_q   <= '0;
+        leaves_q  <= '0;
+        entries_q <= '0;
+      end else begin
+        if (pop) nodes_q <= nodes_q + 32'd1;
+        if (closes && item_ready_o) leaves_q <= leaves_q + 32'd1;
+        if (takes) entries_q <= entries_q + 32'd1;
+      end
+    end
+  end
+
+  // What needs no reset: it is looked at only while something above says that it is valid.
+  always_ff @(posedge clk_i) begin
+    if (works) begin
+      pending_q.level   <= current.level;
+      pending_q.subtree <= joins ? {nodes_q, 8'd0, joined_box} : current.subtree;
+    end
+    if (takes) begin
+      open_prim_q <= item_i.prim[30:0];
+      if (grows) begin
+        open_box_q  <= grown_box;
+        open_size_q <= open_size_q + 8'd1;
+      end else begin
+        open_box_q   <= item_i.box;
+        open_size_q  <= 8'd1;
+        open_code_q  <= item_code_i;
+        open_first_q <= entries_q;
+      end
+    end
+  end
+
+  // The root is the last current subtree, which pending_q keeps.
+  assign done_o        = done_q;
+  assign root_valid_o  = root_valid_q;
+  assign root_o        = pending_q.subtree;
+  assign node_count_o  = nodes_q;
+  assign leaf_count_o  = leaves_q;
+  assign entry_count_o = entries_q;
+
+  logic unused_bits;
+  assign unused_bits = leaves_differ ^ stack_full ^ item_i.prim[31];
+
+`ifndef SYNTHESIS
+  initial begin
+    if (CodeWidth < 2 || CodeWidth > 63) begin
+      $fatal(1, "xy_emitter: CodeWidth is %0d, must be 2 to 63", CodeWidth);
+    end
+  end
+
+  // Levels fall from the bottom of the stack to its top, which bounds its depth.
+  a_levels_fall :
+  assert property (@(posedge clk_i) disable iff (!rst_ni)
+      push && !stack_empty |-> top.level > current.level);
+
+  // All subtrees are joined into the root.
+  a_root_is_last :
+  assert property (@(posedge clk_i) disable iff (!rst_ni) done_q |-> stack_empty);
+
+  // What was offered stays until it is taken.
+  a_node_stays :
+  assert property (@(posedge clk_i) disable iff (!rst_ni || clear_i)
+      node_valid_o && !node_ready_i |=> node_valid_o && $stable(node_o));
+  a_entry_stays :
+  assert property (@(posedge clk_i) disable iff (!rst_ni || clear_i)
+      entry_valid_o && !entry_ready_i |=> entry_valid_o && $stable(entry_o));
+`endif
+
+endmodule
