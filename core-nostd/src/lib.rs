@@ -92,5 +92,7 @@ pub mod probe;
 pub mod quality;
 pub mod refit;
 pub mod sort;
+#[cfg(test)]
+mod testing;
 pub mod toplevel;
 pub mod traverse;

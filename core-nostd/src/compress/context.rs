@@ -239,46 +239,38 @@ fn is_on_grid(bounds: &Aabb) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{Random, cases};
 
     const CHILD: Child = Child::Leaf { first: 0, count: Child::TO_MARK };
 
-    struct Random(u64);
-
-    impl Random {
-        fn below(&mut self, n: i32) -> i32 {
-            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            ((self.0 >> 33) % n as u64) as i32
+    /// A box inside `outer`, of any size down to a point.
+    fn box_inside(random: &mut Random, outer: &Aabb) -> Aabb {
+        let mut inner = *outer;
+        for axis in 0..3 {
+            let side = outer.max[axis] - outer.min[axis];
+            let keep = side >> random.below(12);
+            let start = outer.min[axis] + random.below(side - keep + 1);
+            inner.min[axis] = start;
+            inner.max[axis] = start + keep;
         }
-
-        /// A box inside `outer`, of any size down to a point.
-        fn box_inside(&mut self, outer: &Aabb) -> Aabb {
-            let mut inner = *outer;
-            for axis in 0..3 {
-                let side = outer.max[axis] - outer.min[axis];
-                let keep = side >> self.below(12);
-                let start = outer.min[axis] + self.below(side - keep + 1);
-                inner.min[axis] = start;
-                inner.max[axis] = start + keep;
-            }
-            inner
-        }
+        inner
     }
 
     #[test]
     fn chains_of_boxes_decode_to_boxes_that_enclose_them_in_both_coordinates() {
         let all = Aabb::new(IVec3::splat(-(1 << 23)), IVec3::splat((1 << 23) - 1));
-        for seed in 0..1000 {
-            let mut random = Random(seed);
+        for seed in 0..cases(1000) {
+            let mut random = Random(seed.into());
             let bits = 4 + random.below(5) as u8;
             let min_scale = (random.below(16) * random.below(2)) as u8;
             let relative = Quantization { bits, min_scale, ..Quantization::RELATIVE };
             let modulo = Quantization { bits, min_scale, ..Quantization::MODULO };
-            let mut exact = random.box_inside(&all);
+            let mut exact = box_inside(&mut random, &all);
             let mut placement = Placement::root(&exact, &relative).unwrap();
             for _ in 0..12 {
                 let decoded = placement.decoded();
                 assert!(decoded.contains(&exact) && decoded.max.cmpgt(exact.max).all(), "{seed}");
-                let inner = random.box_inside(&exact);
+                let inner = box_inside(&mut random, &exact);
                 let (first, cells) = placement.encode(&inner, CHILD, &relative).unwrap();
                 let (second, _) = placement.encode(&inner, CHILD, &modulo).unwrap();
                 let context = placement.context;

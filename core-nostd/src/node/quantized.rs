@@ -198,6 +198,7 @@ impl<'a> QuantizedView<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{Random, cases};
 
     fn child(low: [u8; 3], high: [u8; 3], child: Child) -> QuantizedChild {
         QuantizedChild { low, high, child }
@@ -240,12 +241,11 @@ mod tests {
 
     #[test]
     fn every_bit_pattern_of_six_bits_a_coordinate_survives() {
-        let mut seed = 7u64;
-        for _ in 0..1000 {
+        let mut random = Random(7);
+        for _ in 0..cases(1000) {
             let mut bytes = [0; 20];
             for byte in &mut bytes[..16] {
-                seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                *byte = (seed >> 56) as u8;
+                *byte = random.below(256) as u8;
             }
             assert_eq!(QuantizedView::new(&bytes, 6).to_repr().to_bytes(6), bytes);
         }

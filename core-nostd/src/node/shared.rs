@@ -324,21 +324,13 @@ const fn divide(bits: u32, tag: u64) -> Option<(u32, u32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    struct Random(u64);
-
-    impl Random {
-        fn below(&mut self, n: u32) -> u32 {
-            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            ((self.0 >> 33) % u64::from(n)) as u32
-        }
-    }
+    use crate::testing::{Random, cases};
 
     #[test]
     fn nodes_round_trip_whatever_does_not_fit() {
         let mut random = Random(5);
         let mut lengths = [0; SharedNode::MAX_WORDS + 1];
-        for _ in 0..20_000 {
+        for _ in 0..cases(20_000) {
             let leaves = [random.below(2) == 0, random.below(2) == 0];
             let inner = leaves == [false; 2];
             let grids = if random.below(4) == 0 { Grids::Derived } else { Grids::Stored };
@@ -352,18 +344,18 @@ mod tests {
                     let stored = grids == Grids::Stored && !leaf;
                     [(); 3].map(|()| if stored { finer() } else { 0 })
                 }),
-                link: Link { words: 0, entries: 1 + random.below(300) },
+                link: Link { words: 0, entries: 1 + random.below(300) as u32 },
             };
             if inner {
                 let scale = random.below(29);
-                node.link.words = 1 + random.below(1 << scale);
-                let extra = random.below(20).saturating_sub(8);
-                node.link.entries = (node.link.words + 1 + extra) - random.below(2);
+                node.link.words = 1 + random.below(1 << scale) as u32;
+                let extra = (random.below(20) as u32).saturating_sub(8);
+                node.link.entries = (node.link.words + 1 + extra) - random.below(2) as u32;
             }
             for k in 0..6 {
                 node.heirs[k] = random.below(2) as u8;
-                node.planes[k] = match random.below(3) {
-                    0 => Plane::Exact(random.below((1 << 24) + 1) as i32 - OFFSET),
+                node.planes[k] = match random.below(2) {
+                    0 => Plane::Exact(random.below((1 << 24) + 1) - OFFSET),
                     _ => Plane::Cell(random.below(64) as u8),
                 };
             }
@@ -381,9 +373,8 @@ mod tests {
     fn every_word_is_a_node_or_none_and_never_a_panic() {
         let mut random = Random(9);
         let mut refused = 0;
-        for _ in 0..20_000 {
-            let mut word =
-                || (0..4).fold(0, |bits, _| bits << 16 | u64::from(random.below(1 << 16)));
+        for _ in 0..cases(20_000) {
+            let mut word = || (0..4).fold(0, |bits, _| bits << 16 | random.below(1 << 16) as u64);
             let words = [word(), word(), word()];
             for grids in [Grids::Stored, Grids::Derived] {
                 for len in 0..=3 {

@@ -100,6 +100,7 @@ const fn spread21(v: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{Random, cases};
 
     fn interleave(x: u64, y: u64, z: u64, bits: u32) -> u64 {
         (0..bits).fold(0, |code, i| {
@@ -112,12 +113,9 @@ mod tests {
     #[test]
     fn codes_are_the_interleaved_top_bits_of_the_centre() {
         let grid = Grid::DEFAULT;
-        let mut seed = 1u64;
-        for _ in 0..1000 {
-            let mut next = || {
-                seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                (seed >> 40) as i32 + grid.min()
-            };
+        let mut random = Random(1);
+        for _ in 0..cases(1000) {
+            let mut next = || random.below(1 << 24) + grid.min();
             let min = IVec3::new(next(), next(), next());
             let max = min.max(IVec3::new(next(), next(), next()));
             let centre: IVec3 = (min + max) >> 1;

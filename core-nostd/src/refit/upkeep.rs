@@ -93,6 +93,7 @@ impl Upkeep {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::cases;
 
     fn cost(x: f64) -> SahCost {
         SahCost::from_num(x)
@@ -132,7 +133,7 @@ mod tests {
         for rule in [RebuildRule::default(), RebuildRule::Amortised(Factor::from_num(1))] {
             let mut upkeep = Upkeep::new(rule);
             upkeep.after_rebuild(cost(7.0));
-            for _ in 0..1000 {
+            for _ in 0..cases(1000) {
                 assert_eq!(upkeep.after_refit(cost(6.5)), Update::Refit);
             }
         }

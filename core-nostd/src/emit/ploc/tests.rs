@@ -11,6 +11,7 @@ use crate::node::{Bvh2Node, Child, NodeIndex, Subtree};
 use crate::num::Grid;
 use crate::probe::Probe;
 use crate::sort::Item;
+use crate::testing::{Random, cases};
 
 const ROOM: usize = 300;
 
@@ -183,23 +184,19 @@ fn equal_boxes_pair_off_into_a_balanced_tree() {
 
 #[test]
 fn every_pass_is_a_run_of_the_sweeps_of_the_definition() {
-    let mut seed = 1u64;
-    let mut random = move |below: u64| {
-        seed = seed.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
-        ((seed >> 33) % below) as i32
-    };
-    for round in 0..60 {
-        let len = 1 + random(ROOM as u64) as usize;
+    let mut random = Random(1);
+    for round in 0..cases(60) as usize {
+        let len = 1 + random.below(ROOM as i32) as usize;
         let spread = [4, 300, 1 << 20][round % 3];
         let list: Vec<Cluster, ROOM> = (0..len)
             .map(|i| {
-                let min = [(); 3].map(|()| random(spread));
-                let max = min.map(|m| m + random(50));
+                let min = [(); 3].map(|()| random.below(spread));
+                let max = min.map(|m| m + random.below(50));
                 primitive(i as u32, min, max)
             })
             .collect();
-        let radius = 1 + random(MAX_RADIUS.into()) as u32;
-        let chain = 1 + random(MAX_CHAIN.into()) as u32;
+        let radius = 1 + random.below(MAX_RADIUS as i32) as u32;
+        let chain = 1 + random.below(MAX_CHAIN as i32) as u32;
         let mut expect: Vec<Aabb, ROOM> = list.iter().map(|c| *c.bounds()).collect();
         for _ in 0..chain {
             expect = sweep(&expect, radius);

@@ -178,38 +178,30 @@ mod tests {
     use super::*;
     use crate::geom::Aabb;
     use crate::num::{SubGrid, Time};
+    use crate::testing::{Random, cases};
     use glam::IVec3;
 
-    struct Random(u64);
-
-    impl Random {
-        fn below(&mut self, n: i32) -> i32 {
-            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            ((self.0 >> 33) % n as u64) as i32
+    /// A grid point and a ray exactly through it.
+    fn ray_through_a_point(random: &mut Random) -> (IVec3, Ray) {
+        let mut part = |n: i32| random.below(2 * n + 1) - n;
+        let target = [(); 3].map(|()| part((1 << 23) - 1));
+        let mut direction = [part(16), part(16), part(16)];
+        direction[random.below(3) as usize] = if random.below(2) == 0 { 16 } else { -16 };
+        let steps = random.below(1 << 23);
+        let limit = i64::from(Ray::ORIGIN_LIMIT) << 6;
+        let origin = [0, 1, 2].map(|i| {
+            // 2^-4 of a grid unit is 4 of the origin's units.
+            let back = i64::from(direction[i]) * 4 * i64::from(steps);
+            (i64::from(target[i]) << 6) - back
+        });
+        if origin.iter().any(|o| o.abs() > limit) {
+            return ray_through_a_point(random);
         }
-
-        /// A grid point and a ray exactly through it.
-        fn ray_through_a_point(&mut self) -> (IVec3, Ray) {
-            let mut part = |n: i32| self.below(2 * n + 1) - n;
-            let target = [(); 3].map(|()| part((1 << 23) - 1));
-            let mut direction = [part(16), part(16), part(16)];
-            direction[self.below(3) as usize] = if self.below(2) == 0 { 16 } else { -16 };
-            let steps = self.below(1 << 23);
-            let limit = i64::from(Ray::ORIGIN_LIMIT) << 6;
-            let origin = [0, 1, 2].map(|i| {
-                // 2^-4 of a grid unit is 4 of the origin's units.
-                let back = i64::from(direction[i]) * 4 * i64::from(steps);
-                (i64::from(target[i]) << 6) - back
-            });
-            if origin.iter().any(|o| o.abs() > limit) {
-                return self.ray_through_a_point();
-            }
-            let origin = origin.map(|o| SubGrid::from_bits(o as i32));
-            let direction = IVec3::from(direction) << 26;
-            let t_min = [Time::ZERO, -Ray::TIME_LIMIT][self.below(2) as usize];
-            let ray = Ray::new(origin, direction, t_min, Ray::TIME_LIMIT).unwrap();
-            (IVec3::from(target), ray)
-        }
+        let origin = origin.map(|o| SubGrid::from_bits(o as i32));
+        let direction = IVec3::from(direction) << 26;
+        let t_min = [Time::ZERO, -Ray::TIME_LIMIT][random.below(2) as usize];
+        let ray = Ray::new(origin, direction, t_min, Ray::TIME_LIMIT).unwrap();
+        (IVec3::from(target), ray)
     }
 
     /// A box of the node's grid around the cell of a point: that cell alone, or more.
@@ -232,12 +224,12 @@ mod tests {
         let all = Aabb::new(IVec3::splat(-(1 << 23)), IVec3::splat((1 << 23) - 1));
         // The farthest that a point was before and beyond its node, in 24ths of the largest node.
         let mut farthest = [0; 2];
-        for seed in 0..20_000 {
-            let mut random = Random(seed);
+        for seed in 0..cases(20_000) {
+            let mut random = Random(seed.into());
             let bits = 4 + random.below(5) as u8;
             let min_scale = (random.below(16) * random.below(2)) as u8;
             let quantization = Quantization { bits, min_scale, ..Quantization::MODULO };
-            let (target, ray) = random.ray_through_a_point();
+            let (target, ray) = ray_through_a_point(&mut random);
             let placement = Placement::root(&all, &quantization).unwrap();
             let slabs = Slabs::new(&ray, &placement.decoded());
             let (t_min, t_max) = (ray.t_min().to_bits(), ray.t_max().to_bits());
