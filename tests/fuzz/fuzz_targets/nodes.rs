@@ -5,10 +5,10 @@
 
 use libfuzzer_sys::fuzz_target;
 use xylem_core::mem::Region;
-use xylem_core::node::{Child, NodeIndex};
+use xylem_core::node::{Child, Grids, NodeFormat, NodeIndex, SharedNode};
 use xylem_core::quality;
 use xylem_core::traverse::{Method, Query, Scene, trace_by};
-use xylem_fuzz::{Input, Memory, pristine, quantized, wide};
+use xylem_fuzz::{Input, Memory, scene};
 
 /// The least and the most bytes of nodes of which nothing is sound.
 const RAW: std::ops::RangeInclusive<usize> = 4096..=65536;
@@ -16,19 +16,18 @@ const RAW: std::ops::RangeInclusive<usize> = 4096..=65536;
 fuzz_target!(|data: &[u8]| {
     let mut input = Input(data);
     let mode = input.byte();
-    let (bytes, scene) = if mode & 7 == 0 {
-        (pristine().bytes.clone(), pristine().scene)
-    } else if mode & 1 == 0 {
-        wide(&input.quantization())
-    } else {
-        quantized(&input.quantization())
+    let format = match mode & 7 {
+        0 => NodeFormat::Bvh2,
+        1 => NodeFormat::Quantized(input.quantization()),
+        2..=4 => NodeFormat::Wide(input.quantization()),
+        _ => NodeFormat::Shared(input.sharing()),
     };
+    let (bytes, mut scene) = scene(format);
     let rays = [(); 4].map(|()| input.ray());
     let nodes = scene.tree.nodes;
     let at = nodes.base.0 as usize..(nodes.base.0 + nodes.size) as usize;
     let before = bytes[at].to_vec();
-    let mut memory = Memory { bytes, nodes, before, accesses_left: 0 };
-    let mut scene = scene;
+    let mut memory = Memory { nodes, before, ..Memory::new(bytes, format) };
     match mode >> 4 & 3 {
         0 => raw(&mut input, &mut memory, &mut scene, mode >> 6),
         1 => overlay(&mut input, &mut memory),
@@ -71,6 +70,9 @@ fn raw(input: &mut Input<'_>, memory: &mut Memory, scene: &mut Scene, plausible:
     memory.nodes = scene.tree.nodes;
     memory.before.clear();
     memory.bytes.extend(pattern.iter().cycle().take(len));
+    if let (NodeFormat::Shared(sharing), 1) = (&mut scene.tree.format, plausible & 1) {
+        sharing.grids = Grids::Derived;
+    }
     if plausible & 1 == 1 && matches!(stride, 16 | 32) {
         // Pointers to nodes before and to leaves that exist, so that ways down are longer.
         for index in 0..scene.tree.node_count {
@@ -123,7 +125,11 @@ fn search(
     }
 }
 
-/// Each node once, and for each entry of the leaf table it and its triangle.
+/// Each node once, all words of it, and for each entry of the leaf table it and its triangle.
 fn accesses(scene: &Scene) -> u64 {
-    u64::from(scene.tree.node_count) + 2 * u64::from(scene.tree.entry_count) + 2
+    let reads = match scene.tree.format {
+        NodeFormat::Shared(_) => SharedNode::MAX_WORDS as u64,
+        _ => 1,
+    };
+    reads * u64::from(scene.tree.node_count) + 2 * u64::from(scene.tree.entry_count) + 2
 }

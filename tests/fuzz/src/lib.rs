@@ -5,10 +5,10 @@ mod memory;
 mod scene;
 
 pub use memory::{Memory, OutOfMemory};
-pub use scene::{Pristine, pristine, quantized, wide};
+pub use scene::{Pristine, pristine, scene};
 
 use xylem_core::geom::Ray;
-use xylem_core::node::{Coordinates, Quantization};
+use xylem_core::node::{Coordinates, Quantization, Sharing};
 use xylem_core::num::{SubGrid, Time};
 
 /// The fuzzer's bytes, taken from the front; zeros once they have run out.
@@ -38,11 +38,18 @@ impl Input<'_> {
     /// Any quantization that [`Quantization::check`] passes.
     pub fn quantization(&mut self) -> Quantization {
         let byte = self.byte();
-        let coordinates =
-            if byte & 1 == 0 { Coordinates::Relative } else { Coordinates::Modulo };
+        let coordinates = if byte & 1 == 0 { Coordinates::Relative } else { Coordinates::Modulo };
         // Mostly the default, which keeps the number of trees to make small.
         let min_scale = if byte >> 4 == 15 { self.byte() & 15 } else { 0 };
         Quantization { coordinates, bits: 4 + (byte >> 1) % 5, min_scale }
+    }
+
+    /// Any way of sharing planes that can be streamed.
+    pub fn sharing(&mut self) -> Sharing {
+        let byte = self.byte();
+        // Mostly the default, as above.
+        let flatness = if byte >> 4 == 15 { self.byte() & 31 } else { Sharing::STREAMED.flatness };
+        Sharing { margin: byte % 6, flatness, ..Sharing::STREAMED }
     }
 
     /// A ray: its origin anywhere, aimed at one of the scene's vertices or in any direction.

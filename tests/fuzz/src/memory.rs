@@ -3,17 +3,20 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use xylem_core::mem::{Bus, ByteAddr, Region};
+use xylem_core::node::NodeFormat;
 
 /// A read or a write past the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutOfMemory;
 
-/// Memory that counts how many bytes of damaged nodes are read, and ends the run if an operation
+/// Memory with a tree in it. It counts how many bytes of damaged nodes are read, and ends the run if an operation
 /// takes more accesses than it may.
 pub struct Memory {
     /// Everything.
     pub bytes: Vec<u8>,
-    /// The nodes that are damaged.
+    /// The format of the nodes that are damaged.
+    pub format: NodeFormat,
+    /// Where they are.
     pub nodes: Region,
     /// What the nodes were before; a read of others counts. Empty if nothing in them was sound.
     pub before: Vec<u8>,
@@ -21,22 +24,39 @@ pub struct Memory {
     pub accesses_left: u64,
 }
 
-/// Bytes of damaged nodes read since the start, and executions.
-static DAMAGED: AtomicU64 = AtomicU64::new(0);
+/// Bytes of damaged nodes read since the start, by the format: 64-byte nodes, pairs, wide and
+/// shared-plane nodes.
+static DAMAGED: [AtomicU64; 4] = [const { AtomicU64::new(0) }; 4];
 static EXECUTIONS: AtomicU64 = AtomicU64::new(0);
 
 impl Memory {
-    /// Counts damage that a bus does on its own.
-    pub fn count_damaged(bytes: usize) {
-        DAMAGED.fetch_add(bytes as u64, Ordering::Relaxed);
+    /// Memory of which nothing is damaged, and as many accesses as one likes.
+    pub const fn new(bytes: Vec<u8>, format: NodeFormat) -> Self {
+        let nodes = Region::new(0, 0);
+        Self { bytes, format, nodes, before: Vec::new(), accesses_left: u64::MAX }
+    }
+
+    /// Counts damage that a target does on its own.
+    pub fn count_damaged(format: NodeFormat, bytes: usize) {
+        let counter = match format {
+            NodeFormat::Bvh2 => 0,
+            NodeFormat::Quantized(_) => 1,
+            NodeFormat::Wide(_) => 2,
+            NodeFormat::Shared(_) => 3,
+        };
+        DAMAGED[counter].fetch_add(bytes as u64, Ordering::Relaxed);
     }
 
     /// Counts an execution; prints the totals now and then.
     pub fn count_execution() {
         let executions = EXECUTIONS.fetch_add(1, Ordering::Relaxed) + 1;
         if executions.is_multiple_of(4096) || executions.is_power_of_two() {
-            let damaged = DAMAGED.load(Ordering::Relaxed);
-            eprintln!("{executions} executions read {damaged} bytes of damaged nodes");
+            let [exact, pairs, wide, shared] =
+                DAMAGED.each_ref().map(|bytes| bytes.load(Ordering::Relaxed));
+            eprintln!(
+                "{executions} executions; bytes of damaged nodes: 64-byte nodes {exact}, pairs {pairs}, \
+                 wide nodes {wide}, shared-plane nodes {shared}"
+            );
         }
     }
 
@@ -62,7 +82,7 @@ impl Bus for Memory {
         if from < self.nodes.size as usize {
             let before = self.before.get(from..from + buf.len());
             if before != Some(&*buf) {
-                Self::count_damaged(buf.len());
+                Self::count_damaged(self.format, buf.len());
             }
         }
         Ok(())
