@@ -4,7 +4,7 @@ use glam::IVec3;
 use proptest::prelude::*;
 use xylem::bus::{Fault, Faulty, FaultyError, FlatMemory};
 use xylem::run::{self, Buffers, BuildOptions, BuildRun};
-use xylem::scene::{LoadOptions, Random, procedural};
+use xylem::scene::Random;
 use xylem_core::compress::{Compression, Compressor, HeldNode, Place, Repairs};
 use xylem_core::emit::{CellConfig, EmitterKind, PlocConfig};
 use xylem_core::error::{BuildError, RegionName};
@@ -18,10 +18,9 @@ use xylem_core::pipeline::BuildConfig;
 use xylem_core::probe::Stage;
 use xylem_core::sort::{RecordFormat, SortConfig};
 use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
-use xylem_core::traverse::Query;
 use xylem_tests::cases::for_all;
-use xylem_tests::job::trace;
-use xylem_tests::rays::hard_ray;
+use xylem_tests::places::procedural;
+use xylem_tests::streams::{assert_same_hits, compressions, tree};
 use xylem_tests::trees::soup;
 
 const SEED: u64 = 0xc0_4e55;
@@ -38,27 +37,6 @@ fn top_down(triangles: &[Triangle], config: BuildConfig, quantization: Quantizat
     let format = NodeFormat::Quantized(quantization);
     let options = BuildOptions { config, format, ..BuildOptions::default() };
     run::build(triangles, &options).unwrap_or_else(|e| panic!("{e}"))
-}
-
-fn mesh(name: &str) -> Vec<Triangle> {
-    let soup = procedural::soup(name).unwrap().unwrap();
-    soup.into_mesh(name, &LoadOptions::default()).unwrap().triangles
-}
-
-fn compressions() -> impl Strategy<Value = Compression> {
-    let quantization = (any::<bool>(), 4..=8u8, prop_oneof![Just(0u8), 0..=15u8]);
-    (quantization, 1..=4u8, 0..=3u8, prop_oneof![Just(0u8), 2..=64u8]).prop_map(
-        |((relative, bits, min_scale), treelet_depth, margin, lines)| Compression {
-            quantization: Quantization {
-                coordinates: if relative { Coordinates::Relative } else { Coordinates::Modulo },
-                bits,
-                min_scale,
-            },
-            treelet_depth,
-            margin,
-            repairs: if lines == 0 { Repairs::InMemory } else { Repairs::InLines(lines) },
-        },
-    )
 }
 
 /// The tree as nested boxes and leaves, which do not depend on where nodes are.
@@ -86,28 +64,12 @@ fn shape(run: &BuildRun) -> Vec<([[u8; 6]; 2], [bool; 2])> {
     shape
 }
 
-fn assert_same_hits(triangles: &[Triangle], exact: &BuildRun, run: &BuildRun, random: &mut Random) {
-    let bounds = triangles.iter().map(Triangle::bounds).reduce(|a, b| a.union(&b));
-    let bounds = bounds.unwrap_or(Aabb::EMPTY);
-    for _ in 0..200 {
-        let (_, ray) = hard_ray(random, triangles, &bounds);
-        let closest = |run: &BuildRun| {
-            trace(&mut run.memory.snapshot(), &run.scene, &ray, Query::Closest).unwrap()
-        };
-        let any = |run: &BuildRun| {
-            trace(&mut run.memory.snapshot(), &run.scene, &ray, Query::Any).unwrap().is_some()
-        };
-        assert_eq!(closest(exact), closest(run), "{ray:?}");
-        assert_eq!(any(exact), any(run), "{ray:?}");
-    }
-}
-
 #[test]
 fn every_way_of_compressing_keeps_every_hit() {
     for_all(
         SEED,
         120,
-        (compressions(), 0..400usize, any::<u64>()),
+        (compressions(1..=4), 0..400usize, any::<u64>()),
         |(compression, count, seed)| {
             let mut random = Random::new(seed);
             let triangles = soup(&mut random, count);
@@ -117,7 +79,7 @@ fn every_way_of_compressing_keeps_every_hit() {
             let run = build(&triangles, BuildConfig { compression: Some(compression), ..plain });
             prop_assert_eq!(run.scene.tree.node_count, exact.scene.tree.node_count);
             if !triangles.is_empty() {
-                assert_same_hits(&triangles, &exact, &run, &mut random);
+                assert_same_hits(&triangles, tree(&exact), tree(&run), &mut random);
             }
             Ok(())
         },
@@ -129,7 +91,7 @@ fn without_a_margin_the_streamed_tree_is_the_one_compressed_from_the_root_down()
     for_all(
         SEED,
         100,
-        (compressions(), 0..400usize, any::<u64>()),
+        (compressions(1..=4), 0..400usize, any::<u64>()),
         |(compression, count, seed)| {
             let compression = Compression { margin: 0, ..compression };
             let triangles = soup(&mut Random::new(seed), count);
@@ -158,7 +120,10 @@ fn traffic_is_a_node_each_and_two_lines_a_repair() {
         let compression =
             Compression { quantization, treelet_depth: depth, ..Compression::DEFAULT };
         let compression = Some(compression);
-        let run = build(&mesh(name), BuildConfig { compression, ..BuildConfig::default() });
+        let run = build(
+            &procedural(name).triangles,
+            BuildConfig { compression, ..BuildConfig::default() },
+        );
         let nodes = u64::from(run.scene.tree.node_count);
         let (repairs, mut emitted, mut repaired) = (run.compressor.backtracks(), 0, 0);
         for ((stage, region), tally) in &run.traffic.tallies {
@@ -180,7 +145,7 @@ fn traffic_is_a_node_each_and_two_lines_a_repair() {
 
 #[test]
 fn treelets_and_modulo_coordinates_and_held_lines_each_save_traffic() {
-    let triangles = mesh("terrain:6");
+    let triangles = procedural("terrain:6").triangles;
     let bytes = |quantization, treelet_depth, repairs| {
         let compression =
             Compression { quantization, treelet_depth, repairs, ..Compression::DEFAULT };
@@ -197,7 +162,7 @@ fn treelets_and_modulo_coordinates_and_held_lines_each_save_traffic() {
 
 #[test]
 fn every_emitter_feeds_the_compressor() {
-    let triangles = mesh("sphereflake:1");
+    let triangles = procedural("sphereflake:1").triangles;
     let binned = Binned { bins: Bins::Eight };
     let cells = CellConfig { capacity: 40, bits: 20 };
     let top = |top_level| BuildConfig { top_level, cells, ..BuildConfig::default() };
@@ -225,7 +190,7 @@ fn every_emitter_feeds_the_compressor() {
                     build(&triangles, BuildConfig { compression: Some(compression), ..config });
                 let expect = top_down(&triangles, config, quantization);
                 assert_eq!(shape(&run), shape(&expect), "{name} {treelet_depth}");
-                assert_same_hits(&triangles, &exact, &run, &mut Random::new(SEED));
+                assert_same_hits(&triangles, tree(&exact), tree(&run), &mut Random::new(SEED));
             }
         }
     }
@@ -237,7 +202,8 @@ fn deep_treelets_behind_the_clustering_emitter_are_refused() {
     let compression = Some(Compression::DEFAULT);
     let config = BuildConfig { emitter, compression, ..BuildConfig::default() };
     let options = BuildOptions { config, format: config.format(), ..BuildOptions::default() };
-    let error = run::build(&mesh("sphereflake:1"), &options).unwrap_err().to_string();
+    let error =
+        run::build(&procedural("sphereflake:1").triangles, &options).unwrap_err().to_string();
     assert!(error.contains("treelets"), "{error}");
 }
 

@@ -2,12 +2,11 @@
 
 use proptest::prelude::*;
 use xylem::baseline::shared_top_down;
-use xylem::bus::FlatMemory;
 use xylem::run::{self, BuildOptions, BuildRun, RunError};
-use xylem::scene::{self, LoadOptions, Random, procedural};
+use xylem::scene::{self, LoadOptions, Random};
 use xylem_core::compress::Compression;
 use xylem_core::emit::{EmitterKind, PlocConfig};
-use xylem_core::geom::{Aabb, Triangle};
+use xylem_core::geom::Triangle;
 use xylem_core::node::{Grids, NodeFormat, Sharing};
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::probe::Stage;
@@ -17,7 +16,9 @@ use xylem_core::toplevel::{Binned, TopLevel};
 use xylem_core::traverse::{Query, Scene};
 use xylem_tests::cases::for_all;
 use xylem_tests::job::trace;
+use xylem_tests::places::procedural;
 use xylem_tests::rays::hard_ray;
+use xylem_tests::streams::{assert_same_hits, tree};
 use xylem_tests::trees::soup;
 
 const SEED: u64 = 0x5a_4ed0;
@@ -36,35 +37,6 @@ fn build(triangles: &[Triangle], config: BuildConfig) -> BuildRun {
 
 fn shared(sharing: Sharing) -> BuildConfig {
     BuildConfig { sharing: Some(sharing), ..BuildConfig::default() }
-}
-
-fn mesh(name: &str) -> Vec<Triangle> {
-    let soup = procedural::soup(name).unwrap().unwrap();
-    soup.into_mesh(name, &LoadOptions::default()).unwrap().triangles
-}
-
-fn assert_same_hits(
-    triangles: &[Triangle],
-    exact: &BuildRun,
-    (memory, scene): (&FlatMemory, &Scene),
-    random: &mut Random,
-) {
-    let bounds = triangles.iter().map(Triangle::bounds).reduce(|a, b| a.union(&b));
-    let bounds = bounds.unwrap_or(Aabb::EMPTY);
-    for _ in 0..200 {
-        let (_, ray) = hard_ray(random, triangles, &bounds);
-        let find = |memory: &FlatMemory, scene, query| {
-            trace(&mut memory.snapshot(), scene, &ray, query).unwrap()
-        };
-        for query in [Query::Closest, Query::Any] {
-            let expect = find(&exact.memory, &exact.scene, query);
-            let found = find(memory, scene, query);
-            match query {
-                Query::Closest => assert_eq!(found, expect, "{ray:?}"),
-                Query::Any => assert_eq!(found.is_some(), expect.is_some(), "{ray:?}"),
-            }
-        }
-    }
 }
 
 #[test]
@@ -86,8 +58,7 @@ fn every_way_of_sharing_keeps_every_hit() {
             prop_assert_eq!(run.scene.tree.leaf_count, exact.scene.tree.leaf_count);
             prop_assert!(run.scene.tree.node_count >= exact.scene.tree.node_count);
             if !triangles.is_empty() {
-                let found = (&run.memory, &run.scene);
-                assert_same_hits(&triangles, &exact, found, &mut random);
+                assert_same_hits(&triangles, tree(&exact), tree(&run), &mut random);
             }
             Ok(())
         },
@@ -106,7 +77,7 @@ fn from_the_root_down_every_hit_is_kept_too() {
         let done = shared_top_down(&mut memory, &exact.scene.tree, target, &sharing).unwrap();
         let scene = Scene { tree: done.tree, ..exact.scene };
         run::check(&memory, &scene).unwrap();
-        assert_same_hits(&triangles, &exact, (&memory, &scene), &mut random);
+        assert_same_hits(&triangles, tree(&exact), (&memory, &scene), &mut random);
         Ok(())
     });
 }
@@ -114,7 +85,7 @@ fn from_the_root_down_every_hit_is_kept_too() {
 #[test]
 fn a_stream_writes_its_words_once_and_repairs_nothing() {
     for name in ["sphereflake:1", "terrain:6"] {
-        let triangles = mesh(name);
+        let triangles = procedural(name).triangles;
         let run = build(&triangles, shared(Sharing::STREAMED));
         let traffic = |stage| run.traffic.stage(stage);
         assert_eq!(traffic(Stage::Compress).bytes(), 0, "{name}");
@@ -141,7 +112,8 @@ fn what_cannot_stream_in_depth_first_order_is_refused() {
         shared(Sharing { margin: 6, ..Sharing::STREAMED }),
         shared(Sharing { flatness: 32, ..Sharing::STREAMED }),
     ] {
-        let error = try_build(&mesh("sphereflake:0"), config).unwrap_err().to_string();
+        let error =
+            try_build(&procedural("sphereflake:0").triangles, config).unwrap_err().to_string();
         assert!(error.contains("shared-plane"), "{error}");
     }
 }

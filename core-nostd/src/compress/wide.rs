@@ -24,7 +24,7 @@ use crate::error::BuildError;
 use crate::geom::Aabb;
 use crate::mem::{Bus, Region};
 use crate::node::{Bvh2Node, Child, NodeIndex, Subtree, WideNode};
-use crate::probe::{Probe, Stage};
+use crate::probe::Probe;
 
 /// A subtree whose root is not yet part of a wide node, in an on-chip stack of them.
 #[derive(Clone, Debug)]
@@ -263,20 +263,5 @@ impl<'a> WideCompressor<'a> {
         probe.compress_node();
         self.written += 1;
         Ok(index)
-    }
-
-    /// Nodes that come now are written in `stage`.
-    ///
-    /// # Errors
-    /// [`BuildError::Bus`].
-    pub fn enter<B: Bus, P: Probe>(
-        &mut self,
-        bus: &mut B,
-        stage: Stage,
-        probe: &mut P,
-    ) -> Result<(), BuildError<B::Error>> {
-        self.lines.flush(bus, probe)?;
-        self.lines.stage = stage;
-        Ok(())
     }
 }

@@ -13,7 +13,7 @@ use xylem_core::refit::{CostMeter, InPlace, Update, Upkeep, refit};
 use crate::blob::Animation;
 use crate::digest;
 use crate::job::{Buffers, JobError, Plan};
-use crate::report::{Report, STAGES};
+use crate::report::{Report, STAGES, halves, to_bytes, words};
 use crate::stages::{Clock, StageCycles};
 
 /// What happened in one frame.
@@ -95,28 +95,20 @@ impl FrameReport {
     /// The report's bytes, little-endian: number, update (0 refit, 1 rebuild), the two costs as UQ32.32,
     /// hits, their CRC, and cycles.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
-        let long = |n: u64| [n as u32, (n >> 32) as u32];
         let update = u32::from(self.update == Update::Rebuild);
         let words = [self.frame, update]
             .into_iter()
-            .chain(long(self.refitted.to_bits()))
-            .chain(long(self.cost.to_bits()))
+            .chain(halves(self.refitted.to_bits()))
+            .chain(halves(self.cost.to_bits()))
             .chain([self.hits, self.hits_crc])
-            .chain(self.cycles.into_iter().flat_map(long));
-        let mut bytes = [0; Self::BYTES];
-        for (chunk, word) in bytes.chunks_exact_mut(4).zip(words) {
-            chunk.copy_from_slice(&word.to_le_bytes());
-        }
-        bytes
+            .chain(self.cycles.into_iter().flat_map(halves));
+        to_bytes(words)
     }
 
     /// The report of some bytes, or `None` if there are more or fewer than [`FrameReport::BYTES`] or the
     /// update has no meaning.
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        if bytes.len() != Self::BYTES {
-            return None;
-        }
-        let mut words = bytes.chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]]));
+        let mut words = words::<{ Self::BYTES }>(bytes)?;
         let mut word = || words.next().unwrap_or_default();
         let frame = word();
         let update = match word() {

@@ -96,22 +96,14 @@ impl Report {
 
     fn bytes_with(&self, cycles: [u64; STAGES.len()]) -> [u8; Self::BYTES] {
         let counts = [self.primitives, self.leaves, self.nodes, self.cells, self.rays, self.hits];
-        let cycles = cycles.into_iter().flat_map(|c| [c as u32, (c >> 32) as u32]);
+        let cycles = cycles.into_iter().flat_map(halves);
         let outputs = self.outputs.iter().flat_map(|o| [o.bytes, o.crc]);
-        let mut bytes = [0; Self::BYTES];
-        let words = counts.into_iter().chain(cycles).chain(outputs);
-        for (chunk, word) in bytes.chunks_exact_mut(4).zip(words) {
-            chunk.copy_from_slice(&word.to_le_bytes());
-        }
-        bytes
+        to_bytes(counts.into_iter().chain(cycles).chain(outputs))
     }
 
     /// The report of some bytes, or `None` if there are more or fewer than [`Report::BYTES`].
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        if bytes.len() != Self::BYTES {
-            return None;
-        }
-        let mut words = bytes.chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]]));
+        let mut words = words::<{ Self::BYTES }>(bytes)?;
         let mut word = || words.next().unwrap_or_default();
         let mut report = Self {
             primitives: word(),
@@ -130,6 +122,27 @@ impl Report {
         }
         Some(report)
     }
+}
+
+/// Words as bytes, little-endian; what the words leave over is 0.
+pub(crate) fn to_bytes<const N: usize>(words: impl Iterator<Item = u32>) -> [u8; N] {
+    let mut bytes = [0; N];
+    for (chunk, word) in bytes.chunks_exact_mut(4).zip(words) {
+        chunk.copy_from_slice(&word.to_le_bytes());
+    }
+    bytes
+}
+
+/// The words of so many bytes, or `None` if there are more or fewer.
+pub(crate) fn words<const N: usize>(bytes: &[u8]) -> Option<impl Iterator<Item = u32>> {
+    let bytes: &[u8; N] = bytes.try_into().ok()?;
+    let (words, _) = bytes.as_chunks();
+    Some(words.iter().copied().map(u32::from_le_bytes))
+}
+
+/// A long word as two, the lower half first.
+pub(crate) const fn halves(long: u64) -> [u32; 2] {
+    [long as u32, (long >> 32) as u32]
 }
 
 #[cfg(test)]
