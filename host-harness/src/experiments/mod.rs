@@ -30,6 +30,7 @@ mod p3_table1;
 mod p3_table2;
 mod p3_table3;
 pub mod paper;
+mod rounding;
 pub mod scenes;
 mod setup;
 mod shared_plane;
