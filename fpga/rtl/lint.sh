@@ -63,3 +63,5 @@ for bits in 4 6 8; do
     lint encoder "bits$bits" Bits $bits
     lint recoder "bits$bits" Bits $bits
 done
+lint traverser small Depth 95 CacheWidth 4 CacheBlock 0
+lint traverser large Depth 95 CacheWidth 9 CacheBlock 1

@@ -2,9 +2,14 @@ xy_pkg.sv
 xy_trace_pkg.sv
 xy_ram.sv
 xy_multiplier.sv
+xy_line_cache.sv
+xy_ray_load.sv
 xy_reciprocal.sv
 xy_pair_decode.sv
 xy_time_shift.sv
+xy_root_grid.sv
 xy_box_test.sv
 xy_divider.sv
 xy_triangle_test.sv
+xy_hit_writer.sv
+xy_traverser.sv

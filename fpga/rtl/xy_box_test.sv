@@ -10,7 +10,7 @@
 // step_i high  a child of a quantized pair: planes some cells inward of the node's; box_o has the child's
 //              grid, and outside_o says that the child is not in its node
 //
-// Handshake   valid_i gives an axis, first_i the first and last_i the last one of a box; axes of a box come in
+// Handshake   clear_i forgets what is on its way. valid_i gives an axis, first_i the first and last_i the last one of a box; axes of a box come in
 //             consecutive cycles. Nothing waits.
 // Latency     3 cycles to offsets, 5 to a verdict. Throughput: an axis a cycle.
 // Cut paths   outputs are registers, but those to the multipliers.
@@ -20,6 +20,7 @@
 module xy_box_test (
     input  logic                                   clk_i,
     input  logic                                   rst_ni,
+    input  logic                                   clear_i,
 
     input  logic                                   valid_i,
     input  logic                                   first_i,
@@ -115,6 +116,7 @@ module xy_box_test (
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) valid_q <= '0;
+    else if (clear_i) valid_q <= '0;
     else valid_q <= {valid_q[2:0], valid_i};
   end
 
@@ -192,6 +194,7 @@ module xy_box_test (
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) verdict_valid_o <= 1'b0;
+    else if (clear_i) verdict_valid_o <= 1'b0;
     else verdict_valid_o <= valid_q[3] && last4_q;
   end
 

@@ -90,10 +90,15 @@ module xy_reciprocal (
   assign reciprocal_o.mantissa = mantissa_q;
 
 `ifndef SYNTHESIS
+  // What was taken; a user who gives it up may change it.
+  logic [31:0] component_q;
+  always_ff @(posedge clk_i) if (start_i) component_q <= component_i;
+
   // A rest is below the divisor: else a quotient digit would not be a bit. The valid range makes it so.
   a_rest_is_small :
   assert property (@(posedge clk_i) disable iff (!rst_ni)
-      busy_q && magnitude <= 31'h4000_0000 |-> rest_q < magnitude);
+      busy_q && component_i == component_q && magnitude != '0 && magnitude <= 31'h4000_0000
+      |-> rest_q < magnitude);
 `endif
 
 endmodule

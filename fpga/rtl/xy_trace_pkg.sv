@@ -35,6 +35,9 @@ package xy_trace_pkg;
     logic [31:0] index;
   } child_t;
 
+  localparam int unsigned StateWidth = 82;
+  localparam int unsigned ChildWidth = 41;
+
   // Two factors for a multiplier, both signed.
   typedef struct packed {
     logic [31:0] a;

@@ -4,6 +4,7 @@ use super::search::{Pending, Traversable};
 use super::slab::Slabs;
 use crate::geom::Ray;
 use crate::node::{Bvh2Node, Bvh2View, Subtree};
+use crate::num::Grid;
 
 /// Nodes with exact boxes: each plane distance is computed from the origin.
 #[derive(Debug)]
@@ -28,7 +29,12 @@ impl Traversable<2> for Exact {
     ) -> Option<[Option<Pending<()>>; 2]> {
         let view = Bvh2View::new(bytes);
         let test = |i| {
-            let slabs = Slabs::new(ray, &view.bounds(i));
+            let bounds = view.bounds(i);
+            // Off the grid, distances are wider than the test takes them to be.
+            if !Grid::DEFAULT.contains(bounds.min) || !Grid::DEFAULT.contains(bounds.max) {
+                return None;
+            }
+            let slabs = Slabs::new(ray, &bounds);
             let Some(entry) = slabs.entry(ray, ray.t_min().to_bits(), t_max) else {
                 return Some(None);
             };

@@ -136,11 +136,11 @@ pub(super) fn search<const N: usize, const D: usize, F: Traversable<N>, B: Bus, 
                         probe.node_fetch(addr, stride);
                         have += stride as usize;
                     }
+                    let children = format.children(ray, &bytes, &context, best.t_max);
+                    let mut children = children.ok_or(corrupt)?;
                     for _ in 0..format.boxes(&bytes) {
                         probe.box_test();
                     }
-                    let children = format.children(ray, &bytes, &context, best.t_max);
-                    let mut children = children.ok_or(corrupt)?;
                     order(&mut children);
                     for far in children[1..].iter().rev().flatten() {
                         stack.push(*far).map_err(|_| corrupt)?;

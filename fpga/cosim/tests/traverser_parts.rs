@@ -10,17 +10,9 @@ use xylem_core::num::{Reciprocal, Time};
 use xylem_core::traverse::{Hit, Slabs};
 use xylem_cosim::random::Random;
 use xylem_cosim::rtl::{Pin, Rtl};
+use xylem_cosim::tools_for;
 use xylem_cosim::traverser::{self, geometry};
-use xylem_cosim::verilate::{self, Mutation};
-
-/// Says whether the tools for `test` are there; if not, that it is skipped, or fails where
-/// `XYLEM_REQUIRE_TOOLS` is set.
-fn have_tools(test: &str) -> bool {
-    let Err(missing) = verilate::tools() else { return true };
-    assert!(std::env::var_os("XYLEM_REQUIRE_TOOLS").is_none(), "{test}: {missing}");
-    println!("skipped: {test}: {missing}");
-    false
-}
+use xylem_cosim::verilate::Mutation;
 
 fn load(top: &'static str, mutation: Option<Mutation>, seed: u32) -> Rtl {
     let library = traverser::build_part(top, mutation).unwrap_or_else(|error| panic!("{error}"));
@@ -120,7 +112,7 @@ fn check_reciprocals(rtl: &mut Rtl, seed: u64, count: u64) -> Result<(), String>
 
 #[test]
 fn reciprocals_are_those_of_the_core_and_take_the_cycles_stated() {
-    if !have_tools("reciprocals_are_those_of_the_core_and_take_the_cycles_stated") {
+    if !tools_for("reciprocals_are_those_of_the_core_and_take_the_cycles_stated") {
         return;
     }
     let mut rtl = load("xy_reciprocal", None, 1);
@@ -223,7 +215,7 @@ fn box_case(random: &mut Random) -> BoxCase {
     let mut cells = CellBox { low: [0; 3], width: [0; 3] };
     let mut code = QuantizedChild { low: [0; 3], high: [0; 3], child: Child::Inner(NodeIndex(0)) };
     let wild = random.below(16) == 0;
-    for i in 0..3 {
+    for (i, axis) in axes.iter_mut().enumerate() {
         (cells.low[i], cells.width[i]) = pick(random, i);
         let start = if modulo { context.low[i] } else { 0 } + cells.low[i];
         let end = u16::from(start) + cells.width[i] - u16::from(!modulo);
@@ -231,7 +223,7 @@ fn box_case(random: &mut Random) -> BoxCase {
         if wild {
             (code.low[i], code.high[i]) = (random.below(64) as u8, random.below(64) as u8);
         }
-        axes[i] = BoxAxis {
+        *axis = BoxAxis {
             planes: [0; 2],
             grid: grid(&context, i),
             offsets: [slabs.near[i], slabs.far[i]],
@@ -345,7 +337,7 @@ fn check_boxes(rtl: &mut Rtl, seed: u64, count: u64) -> Result<[u64; 3], String>
 
 #[test]
 fn box_tests_are_those_of_the_core() {
-    if !have_tools("box_tests_are_those_of_the_core") {
+    if !tools_for("box_tests_are_those_of_the_core") {
         return;
     }
     for seed in 0..4 {
@@ -463,7 +455,7 @@ fn check_triangles(rtl: &mut Rtl, seed: u64, count: u64) -> Result<[u64; 4], Str
 
 #[test]
 fn triangle_tests_are_those_of_the_core_and_take_the_cycles_stated() {
-    if !have_tools("triangle_tests_are_those_of_the_core_and_take_the_cycles_stated") {
+    if !tools_for("triangle_tests_are_those_of_the_core_and_take_the_cycles_stated") {
         return;
     }
     for seed in 0..4 {

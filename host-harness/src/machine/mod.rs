@@ -6,7 +6,7 @@
 //!
 //! [`mergetree::build`] is the whole builder: [`reader`], [`sorter`], [`multimerge`] around [`heap`],
 //! [`emit`] and [`writer`], behind a [`port`] to the memory model of [`crate::dram`]. Emitters and
-//! top-level builders without a unit of their own run from [`tape`].
+//! top-level builders without a unit of their own run from [`tape`]. [`traverser`] traces rays.
 
 pub mod activity;
 pub mod compressor;
@@ -26,4 +26,5 @@ mod tail;
 pub mod tape;
 pub mod topdown;
 pub mod toplevel;
+pub mod traverser;
 pub mod writer;
