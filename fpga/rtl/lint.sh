@@ -65,3 +65,17 @@ for bits in 4 6 8; do
 done
 lint traverser small Depth 95 CacheWidth 4 CacheBlock 0
 lint traverser large Depth 95 CacheWidth 9 CacheBlock 1
+
+
+lint morton wide CodeWidth 63
+lint morton narrow CodeWidth 30
+lint reader small Room 8
+lint reader paper Room 32
+lint sorter small Piece 8
+lint sorter paper Piece 32
+lint sorters small Sorters 2 Piece 8
+lint sorters paper Sorters 8 Piece 32
+lint multimerge small Capacity 128 Burst 4 Fifo 4
+lint multimerge paper Capacity 8192 Burst 16 Fifo 16
+lint mergesort small Capacity 128 Burst 4 Sorters 2 Fifo 4 ReadAhead 8
+lint mergesort paper Capacity 8192 Burst 16 Sorters 8 Fifo 16 ReadAhead 32

@@ -23,6 +23,7 @@ package xy_pkg;
     logic [31:0] prim;
     box_t        box;
   } record_t;
+  localparam int unsigned RecordWidth = 32 + 6 * CoordWidth;
 
   // A finished part of a tree: its box and the pointer to it. count is the number of primitives in a
   // leaf, whose first entry in the leaf table is index; it is 0 for a node, whose number is index.

@@ -1,11 +1,17 @@
-//! Cycle model of the multi-merge unit: the state machine around heap and scratchpad (P2 §5.3).
+//! Cycle model of the multi-merge unit, RTL unit `xy_multimerge`: the state machine around heap and
+//! scratchpad (P2 §5.3).
 //!
 //! | Property | Value |
 //! |---|---|
 //! | Throughput | one record every two cycles, one heap operation each |
 //! | Latency | two cycles from the heap operation to the record in the output FIFO |
-//! | Start | one heap insert for each slot, two cycles each, as soon as its first record is here |
+//! | Start | two cycles, then one heap insert for each slot, two cycles each, as soon as its first record is here |
+//! | Reads | a burst's first line is asked for two cycles after the operation that made room for it |
 //! | Stalls | while the successor of the lowest record has not come, or the FIFO is full |
+//!
+//! The loop of the gates takes two cycles: in one, the lowest slot's next record and its successor are read
+//! from the scratchpad, in the other the heap takes the successor's code. So what memory sends is used two
+//! cycles after it has come at the earliest.
 //!
 //! A slot is a piece of the scratchpad in the partial sort and a run in memory in the merge. It
 //! holds a queue of buffers of `B` records. The [`ReadSchedule`] decides which buffer is read next.
@@ -38,8 +44,16 @@ pub struct MultiMerge {
     /// The last key on chip of each run that has more to read: who runs dry first. This is the
     /// second heap of P2 §7.
     forecast: BTreeSet<(u64, u32)>,
-    /// Bursts to be read, in order.
-    requests: VecDeque<Request>,
+    /// The burst being read.
+    request: Option<Request>,
+    /// Bursts to be read after it, in order.
+    queue: VecDeque<Request>,
+    /// Bursts that join them at the end of the cycle.
+    asked: Vec<Request>,
+    /// The buffer whose last line came in the last cycle.
+    landed: Option<u32>,
+    /// Records that have not left.
+    left: u32,
     /// Where the runs are.
     source: Region,
 }
@@ -71,6 +85,8 @@ struct Load {
     len: u32,
     /// Lines that have not come.
     missing: u32,
+    /// Whether its records can be used.
+    here: bool,
 }
 
 /// A burst to be read into a buffer.
@@ -127,33 +143,39 @@ impl MultiMerge {
             inserted: 0,
             free: Vec::new(),
             forecast: BTreeSet::new(),
-            requests: VecDeque::new(),
+            request: None,
+            queue: VecDeque::new(),
+            asked: Vec::new(),
+            landed: None,
+            left: 0,
             source: Region::default(),
         }
     }
 
-    /// Puts a sorted piece into the scratchpad at record `at`; two records a cycle are written.
+    /// Puts up to two records a cycle into the scratchpad, from record `at` on.
     pub fn store(&mut self, at: u32, items: &[Item]) {
         self.pad[at as usize..at as usize + items.len()].copy_from_slice(items);
     }
 
-    /// Starts merging the pieces of at most `piece` records that fill `len` records from `at` on.
+    /// Starts merging the pieces of at most `piece` records that fill `len` records from `at` on. In
+    /// the starting cycle nothing else is done: the first [`MultiMerge::tick`] is the next cycle's.
     pub fn start_pieces(&mut self, at: u32, len: u32, piece: u32) {
-        self.clear();
+        self.clear(len);
         for start in (0..len).step_by(piece as usize) {
             let stop = len.min(start + piece);
             let mut slot = Slot::default();
             for first in (start..stop).step_by(self.burst as usize) {
                 let id = (at + first) / self.burst;
                 slot.buffers.push_back(Buffer { id, len: self.burst.min(stop - first) });
-                self.loads[id as usize].missing = 0;
+                self.loads[id as usize].here = true;
             }
             self.slots.push(slot);
         }
     }
 
     /// Starts merging the runs in `source`, records `first .. end`, `run` records each. With `share`
-    /// they divide the whole scratchpad between them.
+    /// they divide the whole scratchpad between them. As for [`MultiMerge::start_pieces`], this takes
+    /// the cycle.
     pub fn start_runs(
         &mut self,
         source: Region,
@@ -161,7 +183,7 @@ impl MultiMerge {
         run: u32,
         share: bool,
     ) {
-        self.clear();
+        self.clear(range.end - range.start);
         self.source = source;
         let mut first = range.start;
         while first < range.end {
@@ -187,9 +209,9 @@ impl MultiMerge {
         }
     }
 
-    fn clear(&mut self) {
-        self.heap.tick(None);
+    fn clear(&mut self, left: u32) {
         self.heap.tick(Some(HeapOp::Clear));
+        self.left = left;
         self.slots.clear();
         self.inserted = 0;
         self.free.clear();
@@ -206,31 +228,40 @@ impl MultiMerge {
         let stride = RecordFormat::Box32.bytes();
         let (addr, bytes) = (self.source.base.0 + *next * stride, len * stride);
         let missing = bytes.div_ceil(LINE_BYTES);
-        self.loads[buffer as usize] = Load { slot, first: *next, len, missing };
-        self.requests.push_back(Request { buffer, addr, bytes });
+        self.loads[buffer as usize] = Load { slot, first: *next, len, missing, here: false };
+        self.asked.push(Request { buffer, addr, bytes });
         buffers.push_back(Buffer { id: buffer, len });
         *next += len;
         true
     }
 
-    /// The burst to read next.
+    /// The burst being read.
     pub fn request(&self) -> Option<Request> {
-        self.requests.front().copied()
+        self.request
     }
 
     /// That burst has been asked for whole.
     pub fn requested(&mut self) {
-        self.requests.pop_front();
+        self.request = None;
+    }
+
+    /// Ends the cycle of the read port.
+    pub fn tick_requests(&mut self) {
+        if self.request.is_none() {
+            self.request = self.queue.pop_front();
+        }
+        self.queue.extend(self.asked.drain(..));
     }
 
     /// A line of `buffer` has come; its records are decoded from `image`, the memory, with the last.
     pub fn arrive(&mut self, buffer: u32, image: &[u8]) {
         let Some(load) = self.loads.get_mut(buffer as usize) else { return };
         load.missing = load.missing.saturating_sub(1);
-        let Load { slot, first, len, missing } = *load;
+        let Load { slot, first, len, missing, .. } = *load;
         if missing > 0 {
             return;
         }
+        self.landed = Some(buffer);
         let stride = RecordFormat::Box32.bytes();
         let at = (buffer * self.burst) as usize;
         let records = (self.source.base.0 + first * stride) as usize..;
@@ -245,8 +276,18 @@ impl MultiMerge {
         }
     }
 
-    /// Runs one cycle; `room` says whether the output FIFO takes a record.
+    /// Runs one cycle; `room` says whether the output FIFO had room for a record when it began.
     pub fn tick(&mut self, room: bool) -> Did {
+        let landed = self.landed.take();
+        let did = self.act(room);
+        // It has been written, and can be read; what is read now can be used in the next cycle.
+        if let Some(buffer) = landed {
+            self.loads[buffer as usize].here = true;
+        }
+        did
+    }
+
+    fn act(&mut self, room: bool) -> Did {
         // The second heap fills at most one buffer a cycle. It waits for the first burst of every
         // run: before that, the run that needs a buffer first may be unknown, and all spare ones
         // could go to others. From then on the lowest run's last key is known when its buffer before
@@ -287,7 +328,7 @@ impl MultiMerge {
         let consumed = *head + 1 == len;
         if consumed {
             let successor_is_here = match buffers.get(1) {
-                Some(next) => self.loads[next.id as usize].missing == 0,
+                Some(next) => self.loads[next.id as usize].here,
                 None => next == end,
             };
             if !successor_is_here {
@@ -310,6 +351,7 @@ impl MultiMerge {
             None => HeapOp::Remove,
         };
         self.heap.tick(Some(op));
+        self.left -= 1;
         Did::Output(item)
     }
 
@@ -317,12 +359,12 @@ impl MultiMerge {
     fn head_code(&self, slot: u32) -> Option<u64> {
         let slot = &self.slots[slot as usize];
         let front = slot.buffers.front()?;
-        let here = self.loads[front.id as usize].missing == 0;
+        let here = self.loads[front.id as usize].here;
         here.then(|| self.pad[(front.id * self.burst + slot.head) as usize].code)
     }
 
-    /// Whether all records of all slots have left.
+    /// Whether all records of all slots have left, and another merge can be started.
     pub fn is_done(&self) -> bool {
-        self.inserted == self.slots.len() && self.slots.iter().all(|slot| slot.buffers.is_empty())
+        self.left == 0 && self.heap.outputs().ready
     }
 }

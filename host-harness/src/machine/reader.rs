@@ -1,8 +1,10 @@
-//! Cycle model of the primitive reader: the input as one stream of lines (P1 §4.1, P2 §5.1).
+//! Cycle model of the primitive reader, RTL unit `xy_reader`: the input as one stream of lines (P1 §4.1,
+//! P2 §5.1).
 //!
 //! | Property | Value |
 //! |---|---|
-//! | Room | a number of lines, asked for ahead of their use |
+//! | Room | a number of lines, asked for ahead of their use; that of a line is free a cycle after it |
+//! | Latency | 1 cycle from a line's arrival to its records |
 //! | Output | up to two records a cycle, in order, each checked and with its code |
 
 use std::collections::VecDeque;
@@ -13,7 +15,7 @@ use xylem_core::sort::{Item, PrimitiveDecoder};
 use super::port::LINE_BYTES;
 
 /// Reads records from first to last.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Reader {
     region: Region,
     decoder: PrimitiveDecoder,
@@ -26,6 +28,8 @@ pub struct Reader {
     first_line: u32,
     /// Which lines from `first_line` on have arrived.
     arrived: VecDeque<bool>,
+    /// Lines whose last record was delivered in this cycle.
+    freed: usize,
 }
 
 impl Reader {
@@ -39,6 +43,7 @@ impl Reader {
             next: 0,
             first_line: 0,
             arrived: VecDeque::new(),
+            freed: 0,
         }
     }
 
@@ -61,7 +66,7 @@ impl Reader {
     pub fn offer(&self) -> Option<u32> {
         let line = self.first_line + self.arrived.len() as u32;
         let offset = u64::from(line) * u64::from(LINE_BYTES);
-        let wanted = self.arrived.len() < self.room && offset < self.bytes();
+        let wanted = self.arrived.len() + self.freed < self.room && offset < self.bytes();
         wanted.then(|| self.region.base.0 + line * LINE_BYTES)
     }
 
@@ -70,7 +75,12 @@ impl Reader {
         self.arrived.push_back(false);
     }
 
-    /// The line at `addr` has come.
+    /// Ends the cycle.
+    pub fn tick(&mut self) {
+        self.freed = 0;
+    }
+
+    /// The line at `addr` has come; its records can be had from the next cycle on.
     pub fn arrive(&mut self, addr: u32) {
         let line = (addr - self.region.base.0) / LINE_BYTES - self.first_line;
         if let Some(arrived) = self.arrived.get_mut(line as usize) {
@@ -101,6 +111,7 @@ impl Reader {
         while self.first_line < needed_line && !self.arrived.is_empty() {
             self.arrived.pop_front();
             self.first_line += 1;
+            self.freed += 1;
         }
         Some(item)
     }

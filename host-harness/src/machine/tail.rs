@@ -26,6 +26,30 @@ pub(super) enum Tail<'a> {
     Emitter(EmitUnit),
     /// Any emitter of the core, played from tape.
     Tape(TapeUnit<'a>),
+    /// No emitter: whoever watches the sorter.
+    Sink(Sink<'a>),
+}
+
+/// Takes the sorted stream, cycle by cycle.
+pub(super) struct Sink<'a> {
+    take: Take<'a>,
+    ended: bool,
+}
+
+/// What is offered in a cycle, and whether all has left; says whether it takes what is offered.
+pub type Take<'a> = &'a mut dyn FnMut(Option<&Item>, bool) -> bool;
+
+impl<'a> Sink<'a> {
+    /// A sink that asks `take` in every cycle.
+    pub fn new(take: Take<'a>) -> Self {
+        Self { take, ended: false }
+    }
+}
+
+impl std::fmt::Debug for Sink<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Sink").field("ended", &self.ended).finish_non_exhaustive()
+    }
 }
 
 /// The core's emitter with its tape.
@@ -66,6 +90,11 @@ impl Tail<'_> {
         match self {
             Self::Emitter(unit) => unit.tick(item, end, image),
             Self::Tape(unit) => unit.tick(item, end, image),
+            Self::Sink(sink) => {
+                sink.ended |= end;
+                let accepted = (sink.take)(item, end) && item.is_some();
+                Ok(Did { accepted, worked: accepted })
+            }
         }
     }
 
@@ -74,6 +103,7 @@ impl Tail<'_> {
         match self {
             Self::Emitter(unit) => unit.is_finished(),
             Self::Tape(unit) => unit.tree.is_some() && unit.player.is_done(),
+            Self::Sink(sink) => sink.ended,
         }
     }
 
@@ -82,6 +112,7 @@ impl Tail<'_> {
         match self {
             Self::Emitter(unit) => unit.tree(),
             Self::Tape(unit) => unit.tree.as_ref(),
+            Self::Sink(_) => None,
         }
     }
 
@@ -93,7 +124,7 @@ impl Tail<'_> {
     fn writers(&self) -> [Option<&Writer>; PORTS] {
         match self {
             Self::Emitter(unit) => unit.writers().map(Some),
-            Self::Tape(_) => [None, None],
+            Self::Tape(_) | Self::Sink(_) => [None, None],
         }
     }
 
@@ -117,6 +148,7 @@ impl Tail<'_> {
         match (self, port) {
             (Self::Emitter(unit), _) => unit.taken(port),
             (Self::Tape(unit), _) => unit.player.write_taken(),
+            (Self::Sink(_), _) => {}
         }
     }
 
@@ -130,7 +162,7 @@ impl Tail<'_> {
     /// The line that it wants to read.
     pub fn read(&self) -> Option<u32> {
         match self {
-            Self::Emitter(_) => None,
+            Self::Emitter(_) | Self::Sink(_) => None,
             Self::Tape(unit) => unit.player.read(),
         }
     }
@@ -152,7 +184,7 @@ impl Tail<'_> {
     /// What the compressor did.
     pub fn compressor_events(&self) -> CompressorEvents {
         match self {
-            Self::Emitter(_) => CompressorEvents::default(),
+            Self::Emitter(_) | Self::Sink(_) => CompressorEvents::default(),
             Self::Tape(unit) => unit.tape.compressor_events(),
         }
     }
@@ -160,7 +192,7 @@ impl Tail<'_> {
     /// What the top-level builder did.
     pub fn top_events(&self) -> TopEvents {
         match self {
-            Self::Emitter(_) => TopEvents::default(),
+            Self::Emitter(_) | Self::Sink(_) => TopEvents::default(),
             Self::Tape(unit) => unit.tape.top_events(),
         }
     }
@@ -170,6 +202,7 @@ impl Tail<'_> {
         match self {
             Self::Emitter(unit) => unit.writers().iter().for_each(|writer| writer.count(traffic)),
             Self::Tape(unit) => unit.tape.count(traffic),
+            Self::Sink(_) => {}
         }
     }
 }

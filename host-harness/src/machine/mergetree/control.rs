@@ -93,30 +93,47 @@ impl<'a, P: Port> Machine<'a, P> {
         }
     }
 
+    /// The whole build, with `passes` merge passes before the last.
+    pub(super) fn run(&mut self, passes: u32) -> Result<(), BuildError<PortError>> {
+        self.partial_sort()?;
+        let mut source = (self.regions.runs_a, RegionName::RunsA);
+        let mut target = (self.regions.runs_b, RegionName::RunsB);
+        let mut run = self.config.run_len();
+        for _ in 0..passes {
+            self.merge_pass(source, target, run)?;
+            std::mem::swap(&mut source, &mut target);
+            run = run.saturating_mul(self.config.width());
+        }
+        self.emit(source, run)
+    }
+
     /// Blocks of the input become sorted runs.
-    pub(super) fn partial_sort(&mut self) -> Result<(), BuildError<PortError>> {
+    fn partial_sort(&mut self) -> Result<(), BuildError<PortError>> {
         let (sort, run) = (self.config.build.sort, self.config.run_len());
         let halves = sort.capacity / run;
         self.start_writing((self.regions.runs_a, RegionName::RunsA), Stage::PartialSort);
-        let mut fill = Fill { pieces_in: 0, pieces_taken: 0 };
-        let pieces = run / sort.piece();
-        let all_pieces = self.count.div_ceil(sort.piece());
+        // Records that the sorters have put into the scratchpad.
+        let mut stored = 0;
         for block in 0..self.count.div_ceil(run) {
+            let (first, end) = (block * run, self.count.min((block + 1) * run));
             // Fill this block, unless that was done while the one before was merged out.
-            while fill.pieces_in < all_pieces.min((block + 1) * pieces) {
-                self.fill(&mut fill, block + 1)?;
+            while stored < end {
+                self.fill(&mut stored, end)?;
                 self.stalls.fill_cycles += 1;
                 self.cycle(Reads::Input)?;
             }
-            let len = run.min(self.count - block * run);
-            self.merge.start_pieces(block % halves * run, len, sort.piece());
+            self.merge.start_pieces(block % halves * run, end - first, sort.piece());
             // The next blocks may be filled as far as halves are free.
-            while !self.merge.is_done() || !self.fifo.is_empty() {
-                self.fill(&mut fill, block + halves)?;
-                self.write_run()?;
-                self.merge_one();
+            let limit = self.count.min((block + halves) * run);
+            self.fill(&mut stored, limit)?;
+            self.cycle(Reads::Input)?;
+            while !self.is_merged() {
+                self.fill(&mut stored, limit)?;
+                self.merge_to_run()?;
                 self.cycle(Reads::Input)?;
             }
+            self.fill(&mut stored, limit)?;
+            self.cycle(Reads::Input)?;
         }
         let read_bytes = self.reader.bytes();
         let reads = read_bytes.div_ceil(u64::from(LINE_BYTES));
@@ -125,38 +142,38 @@ impl<'a, P: Port> Machine<'a, P> {
         self.finish_writing()
     }
 
-    /// One cycle of reader and sorters, which may put pieces of blocks below `limit` into the
-    /// scratchpad.
-    fn fill(&mut self, fill: &mut Fill, limit: u32) -> Result<(), BuildError<PortError>> {
-        let (sort, run) = (self.config.build.sort, self.config.run_len());
-        let pieces = run / sort.piece();
-        if let Some(piece) = self.sorters.take(self.now, limit * pieces) {
-            let at = piece.number % (sort.capacity / sort.piece()) * sort.piece();
-            self.merge.store(at, &piece.items);
-            fill.pieces_in += 1;
-            self.moved_at = self.now;
-        }
+    /// One cycle of reader and sorters, which may put records into the scratchpad until it holds
+    /// those below `limit`.
+    fn fill(&mut self, stored: &mut u32, limit: u32) -> Result<(), BuildError<PortError>> {
         for _ in 0..2 {
             if !self.sorters.is_ready() {
                 break;
             }
             let Some(item) = self.reader.next(self.image) else { break };
             let item = item.map_err(|index| BuildError::InvalidPrimitive { index })?;
-            self.sorters.accept(item, self.now);
+            self.sorters.accept(item, self.reader.is_done(), self.now);
             self.moved_at = self.now;
-            let position = self.reader.position();
-            if position.is_multiple_of(sort.piece()) || self.reader.is_done() {
-                self.sorters.close(fill.pieces_taken);
-                fill.pieces_taken += 1;
-            }
+        }
+        // After the sorters took records: room is seen a cycle later.
+        if *stored < limit
+            && let Some((items, given)) = self.sorters.deliver(self.now)
+        {
+            self.merge.store(*stored % self.config.build.sort.capacity, &items[..given]);
+            *stored += given as u32;
+            self.moved_at = self.now;
         }
         let busy = u64::from(self.sorters.busy(self.now)) * 1000 / self.sorters.len() as u64;
         self.activity.add(Unit::Sorters, busy);
         Ok(())
     }
 
+    /// Whether the merge is done and all has left the FIFO; another can be started.
+    fn is_merged(&self) -> bool {
+        self.merge.is_done() && self.fifo.is_empty()
+    }
+
     /// Merges groups of runs from one region into longer runs in the other.
-    pub(super) fn merge_pass(
+    fn merge_pass(
         &mut self,
         source: Runs,
         target: Runs,
@@ -169,25 +186,29 @@ impl<'a, P: Port> Machine<'a, P> {
         while first < self.count {
             let end = self.count.min(first.saturating_add(group));
             self.start_merge(source, first..end, run);
-            while !self.merge.is_done() || !self.fifo.is_empty() {
-                self.write_run()?;
-                self.merge_one();
+            self.cycle(Reads::Runs)?;
+            while !self.is_merged() {
+                self.merge_to_run()?;
                 self.cycle(Reads::Runs)?;
             }
+            // The next group starts in the cycle in which this one is seen to be merged.
             first = end;
         }
+        self.cycle(Reads::Runs)?;
         self.finish_writing()
     }
 
     /// The last merge, straight into the emitter.
-    pub(super) fn emit(&mut self, source: Runs, run: u32) -> Result<(), BuildError<PortError>> {
+    fn emit(&mut self, source: Runs, run: u32) -> Result<(), BuildError<PortError>> {
         self.enter(Stage::Merge);
         self.start_merge(source, 0..self.count, run);
+        self.cycle(Reads::Runs)?;
         loop {
-            let merged = self.merge.is_done() && self.fifo.is_empty();
+            let merged = self.is_merged();
             if merged && self.stage == Stage::Merge {
                 self.enter(Stage::Emit);
             }
+            self.merge_one();
             let item = self.fifo.front().filter(|(at, _)| *at <= self.now).map(|(_, item)| item);
             let did = self.tail.tick(item, merged, self.image)?;
             if did.accepted {
@@ -204,9 +225,6 @@ impl<'a, P: Port> Machine<'a, P> {
             if self.tail.is_finished() {
                 break;
             }
-            if !merged {
-                self.merge_one();
-            }
             self.cycle(if merged { Reads::Tail } else { Reads::Runs })?;
         }
         self.tail.count(&mut self.traffic);
@@ -222,7 +240,7 @@ impl<'a, P: Port> Machine<'a, P> {
         self.merge.start_runs(source, range, run, self.config.share);
     }
 
-    /// One cycle of the multi-merge.
+    /// One cycle of the multi-merge. Goes before what takes its output: room is seen a cycle later.
     fn merge_one(&mut self) {
         let room = self.fifo.len() < self.config.fifo as usize;
         match self.merge.tick(room) {
@@ -241,8 +259,9 @@ impl<'a, P: Port> Machine<'a, P> {
         }
     }
 
-    /// Moves a record from the FIFO to the run writer.
-    fn write_run(&mut self) -> Result<(), BuildError<PortError>> {
+    /// One cycle of the multi-merge and of the run writer behind its FIFO.
+    fn merge_to_run(&mut self) -> Result<(), BuildError<PortError>> {
+        self.merge_one();
         let stride = RecordFormat::Box32.bytes() as usize;
         let (Some(writer), Some(&(at, item))) = (&mut self.runs, self.fifo.front()) else {
             return Ok(());
@@ -266,12 +285,13 @@ impl<'a, P: Port> Machine<'a, P> {
     fn finish_writing(&mut self) -> Result<(), BuildError<PortError>> {
         while let Some(writer) = &mut self.runs {
             writer.flush();
-            if writer.is_empty() {
-                writer.count(&mut self.traffic);
-                self.runs = None;
-            } else {
+            if !writer.is_empty() {
                 self.cycle(Reads::Input)?;
+                continue;
             }
+            // What comes next starts in the cycle in which the writer is seen to be empty.
+            writer.count(&mut self.traffic);
+            self.runs = None;
         }
         Ok(())
     }
@@ -302,12 +322,4 @@ impl<'a, P: Port> Machine<'a, P> {
             passes,
         })
     }
-}
-
-/// How far the scratchpad is filled, in pieces.
-struct Fill {
-    /// Pieces in the scratchpad.
-    pieces_in: u32,
-    /// Pieces given to sorters.
-    pieces_taken: u32,
 }

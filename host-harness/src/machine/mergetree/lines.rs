@@ -53,6 +53,8 @@ impl<P: Port> Machine<'_, P> {
             Reads::Tail => self.read_for_tail(),
         }
         self.write();
+        self.reader.tick();
+        self.merge.tick_requests();
         self.tail.tick_writers(self.image);
         if let Some(writer) = &mut self.runs {
             writer.tick(self.image);

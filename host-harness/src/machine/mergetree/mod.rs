@@ -9,10 +9,11 @@
 //!                                                                                   └─────────┘ leaf table
 //! ```
 //!
-//! In a cycle, units run from the back to the front, so a value passes one unit a cycle; then the
+//! In a cycle, every unit sees what the others held when it began, so a value passes one unit a cycle; the
 //! port takes at most one line in each direction. The control alternates filling the scratchpad and
 //! merging it out until all runs are written, then merges runs until one merge can take them all,
-//! and feeds that into the emitter.
+//! and feeds that into the emitter. A change from one to the next takes a cycle. Up to the FIFO this is
+//! the RTL unit `xy_mergesort`, cycle by cycle.
 
 mod control;
 mod lines;
@@ -31,10 +32,12 @@ use super::compressor::CompressorEvents;
 use super::config::{MachineConfig, MachineConfigError};
 use super::emit::EmitUnit;
 use super::port::{LINE_BYTES, Port, PortError};
-use super::tail::{Tail, TapeUnit};
+use super::tail::{Sink, Tail, TapeUnit};
 use super::tape::Tape;
 use super::toplevel::TopEvents;
 use crate::bus::{FlatMemory, Traffic};
+
+pub use super::tail::Take;
 
 /// What a build on the clock took.
 #[derive(Clone, Debug)]
@@ -130,17 +133,32 @@ pub fn build<P: Port>(
         Tail::Tape(TapeUnit::new(&tape, stream, scratchpad, room))
     };
     let mut machine = Machine::new(config, memory, regions, count, port, tail);
-    machine.partial_sort()?;
-    let mut source = (regions.runs_a, RegionName::RunsA);
-    let mut target = (regions.runs_b, RegionName::RunsB);
-    let mut run = config.run_len();
-    for _ in 0..passes {
-        machine.merge_pass(source, target, run)?;
-        std::mem::swap(&mut source, &mut target);
-        run = run.saturating_mul(config.width());
-    }
-    machine.emit(source, run)?;
+    machine.run(passes)?;
     machine.finish(passes)
+}
+
+/// Runs the builder without an emitter: what comes out of the merge's FIFO goes to `take`, which is asked in
+/// every cycle of the last merge, with the record offered, if there is one, and whether all have left. Gives
+/// the cycles up to the one in which all had left.
+///
+/// This is what the RTL unit `xy_mergesort` does.
+///
+/// # Errors
+/// [`MachineError`].
+pub fn sort<P: Port>(
+    config: &MachineConfig,
+    memory: &mut FlatMemory,
+    regions: &BuildRegions,
+    count: u32,
+    port: &mut P,
+    take: Take<'_>,
+) -> Result<u64, MachineError> {
+    config.check()?;
+    check_regions(config, memory, regions, count)?;
+    let tail = Tail::Sink(Sink::new(take));
+    let mut machine = Machine::new(config, memory, regions, count, port, tail);
+    machine.run(config.further_passes(count))?;
+    Ok(machine.now)
 }
 
 fn check_regions(

@@ -1,0 +1,2 @@
+xy_pkg.sv
+xy_morton.sv

@@ -1,0 +1,12 @@
+xy_pkg.sv
+xy_less.sv
+xy_ram.sv
+xy_fifo.sv
+xy_heap_flops.sv
+xy_heap_ram.sv
+xy_heap_stage.sv
+xy_heap.sv
+xy_morton.sv
+xy_unpack.sv
+xy_bursts.sv
+xy_multimerge.sv

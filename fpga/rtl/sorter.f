@@ -1,0 +1,4 @@
+xy_pkg.sv
+xy_ram.sv
+xy_morton.sv
+xy_sorter.sv

@@ -1,0 +1,371 @@
+// Merge sort: primitives from memory in any order, the same in the order of their Morton codes (P1 §4.1 to
+// 4.4, P2 §5). The front half of the builder, and the control that alternates its units.
+//
+//            ┌────────┐   ┌─────────┐   ┌─────────────┐          item
+//   rd ─────►│ reader ├──►│ sorters ├──►│ multi-merge ├──┬─────────────►
+//     └──────└────────┘───└─────────┘──►│             │  │  ┌────────┐
+//                     runs              └─────────────┘  └─►│ writer ├──► wr
+//                                                           └────────┘
+//
+//   Fill    a block of up to Capacity records comes through the sorters into the scratchpad, in pieces
+//   Pieces  the pieces are merged into a run, which is written; the sorters go on with the next block
+//   Flush   the rest of the runs leaves
+//   Runs    while there are more runs than slots: groups of runs are merged into longer ones, from one
+//           region to the other; then Flush again
+//   Last    the runs are merged into item
+// A change of state, and the start of a further group of runs, take a cycle in which nothing is merged.
+//
+// Handshake   start_i takes all configuration, which must stay; ready_o must be high. Regions start on a
+//             line.
+//             rd, rsp, wr: the line ports. What is written must be there for reads that come after empty
+//             writes: runs are read again.
+//             item: valid/ready; end_o rises when the last record has left, and stays until the next start.
+//             primitive_error_o: input record error_index_o is none; no more come.
+//             region_error_o: a run would have left its region; nothing was written outside.
+//             clear_i: the state after reset. No line may be under way.
+// Latency     see the units. A change of state takes a cycle.
+// Throughput  one record every 2 cycles in Pieces, Runs and Last.
+// Cut paths   item_ready_i, rd_ready_i, wr_ready_i and rsp to all outputs.
+module xy_mergesort #(
+    parameter int unsigned Capacity   = 128,  // records of the scratchpad, and of a run; a power of two
+    parameter int unsigned Burst      = 4,    // records; a power of two, 4 or more, at most Capacity / 4
+    parameter int unsigned Sorters    = 2,    // a power of two, 2 or more
+    parameter int unsigned Fifo       = 4,    // records; a power of two, 2 or more
+    parameter int unsigned ReadAhead  = 8,    // lines; a power of two, 2 or more
+    parameter int unsigned CodeWidth  = 63,   // 63 or 30
+    localparam int unsigned MergeTag  = $clog2(Capacity) + $clog2(Burst) - 2,
+    localparam int unsigned ReaderTag = $clog2(ReadAhead),
+    localparam int unsigned TagWidth  = 1 + ((MergeTag > ReaderTag) ? MergeTag : ReaderTag)
+) (
+    input  logic                 clk_i,
+    input  logic                 rst_ni,
+    input  logic                 clear_i,
+
+    input  logic                 start_i,
+    output logic                 ready_o,
+    input  logic                 wide_i,   // codes of 21 bits an axis instead of 10
+    input  logic [31:0]          count_i,  // primitives, below 2^27
+    input  logic [31:0]          primitives_base_i,
+    input  logic [31:0]          runs_a_base_i,
+    input  logic [31:0]          runs_a_size_i,
+    input  logic [31:0]          runs_b_base_i,
+    input  logic [31:0]          runs_b_size_i,
+
+    output logic                 rd_valid_o,
+    input  logic                 rd_ready_i,
+    output logic [31:0]          rd_addr_o,
+    output logic [TagWidth-1:0]  rd_tag_o,
+    input  logic                 rsp_valid_i,
+    input  logic [TagWidth-1:0]  rsp_tag_i,
+    input  logic [511:0]         rsp_data_i,
+
+    output logic                 wr_valid_o,
+    input  logic                 wr_ready_i,
+    output logic [31:0]          wr_addr_o,
+    output logic [511:0]         wr_data_o,
+    output logic [63:0]          wr_strb_o,
+    output logic                 wr_last_o,
+
+    output logic                 item_valid_o,
+    input  logic                 item_ready_i,
+    output xy_pkg::record_t      item_o,
+    output logic [CodeWidth-1:0] item_code_o,
+    output logic                 end_o,
+
+    output logic                 primitive_error_o,
+    output logic                 region_error_o,
+    output logic [31:0]          error_index_o
+);
+
+  localparam int unsigned IndexWidth = 27;
+  localparam int unsigned RowWidth   = $clog2(Capacity) - 1;
+  localparam int unsigned SlotLog    = $clog2(Capacity / (2 * Burst));
+  localparam int unsigned LogWidth   = 6;
+
+  typedef enum logic [2:0] {
+    Idle   = 3'd0,
+    Fill   = 3'd1,
+    Pieces = 3'd2,
+    Flush  = 3'd3,
+    Runs   = 3'd4,
+    Last   = 3'd5
+  } state_e;
+
+  state_e                state_d, state_q;
+  logic [IndexWidth-1:0] first_d, first_q;        // first record of the block or the group of runs
+  logic [IndexWidth-1:0] left_d, left_q;          // records from there to the end
+  logic [RowWidth:0]     fill_left_d, fill_left_q;  // pairs that the block still lacks
+  logic [RowWidth-1:0]   fill_row_d, fill_row_q;
+  logic [LogWidth-1:0]   run_log_d, run_log_q;    // of the runs' length
+  logic                  source_b_d, source_b_q;  // runs are read from region B
+
+  logic [IndexWidth-1:0] count;
+  assign count = count_i[IndexWidth-1:0];
+  logic unused_count;
+  assign unused_count = ^count_i[31:IndexWidth];
+
+  // --- Units ---
+
+  logic [1:0][xy_pkg::RecordWidth-1:0] in_pair, sorted_pair;
+  logic in_valid, in_ready, in_two, in_last, sorted_valid, sorted_two, store;
+  logic reader_rd_valid, merge_rd_valid, reader_done;
+  logic [31:0] reader_rd_addr, merge_rd_addr;
+  logic [ReaderTag-1:0] reader_rd_tag;
+  logic [MergeTag-1:0] merge_rd_tag;
+
+  xy_reader #(.Room(ReadAhead)) u_reader (
+      .clk_i,
+      .rst_ni,
+      .clear_i,
+      .start_i,
+      .base_i       (primitives_base_i),
+      .count_i,
+      .rd_valid_o   (reader_rd_valid),
+      .rd_ready_i,
+      .rd_addr_o    (reader_rd_addr),
+      .rd_tag_o     (reader_rd_tag),
+      .rsp_valid_i  (rsp_valid_i && rsp_tag_i[TagWidth-1]),
+      .rsp_tag_i    (rsp_tag_i[ReaderTag-1:0]),
+      .rsp_data_i,
+      .pair_valid_o (in_valid),
+      .pair_ready_i (in_ready),
+      .pair_two_o   (in_two),
+      .pair_last_o  (in_last),
+      .pair_o       (in_pair),
+      .done_o       (reader_done),
+      .error_o      (primitive_error_o),
+      .error_index_o
+  );
+
+  xy_sorters #(
+      .Sorters  (Sorters),
+      .Piece    (2 * Burst),
+      .CodeWidth(CodeWidth)
+  ) u_sorters (
+      .clk_i,
+      .rst_ni,
+      .clear_i,
+      .wide_i,
+      .in_valid_i (in_valid),
+      .in_ready_o (in_ready),
+      .in_two_i   (in_two),
+      .in_last_i  (in_last),
+      .in_pair_i  (in_pair),
+      .out_valid_o(sorted_valid),
+      .out_ready_i(store),
+      .out_two_o  (sorted_two),
+      .out_pair_o (sorted_pair)
+  );
+  // What stands beside a single record is never read.
+  logic unused_two;
+  assign unused_two = ^{sorted_two, reader_done};
+
+  assign store = (state_q == Fill) && (fill_left_q != '0);
+
+  logic                  merge_start, merge_idle, merge_valid, merge_ready, merge_runs;
+  logic [IndexWidth-1:0] merge_first, merge_count, merge_run;
+  xy_multimerge #(
+      .Capacity (Capacity),
+      .Burst    (Burst),
+      .Fifo     (Fifo),
+      .CodeWidth(CodeWidth)
+  ) u_merge (
+      .clk_i,
+      .rst_ni,
+      .clear_i,
+      .wide_i,
+      .start_i      (merge_start),
+      .start_runs_i (merge_runs),
+      .source_base_i(source_b_d ? runs_b_base_i : runs_a_base_i),
+      .first_i      (merge_first),
+      .count_i      (merge_count),
+      .run_i        (merge_run),
+      .idle_o       (merge_idle),
+      .store_i      (store && sorted_valid),
+      .store_row_i  (fill_row_q),
+      .store_pair_i (sorted_pair),
+      .rd_valid_o   (merge_rd_valid),
+      .rd_ready_i,
+      .rd_addr_o    (merge_rd_addr),
+      .rd_tag_o     (merge_rd_tag),
+      .rsp_valid_i  (rsp_valid_i && !rsp_tag_i[TagWidth-1]),
+      .rsp_tag_i    (rsp_tag_i[MergeTag-1:0]),
+      .rsp_data_i,
+      .item_valid_o (merge_valid),
+      .item_ready_i (merge_ready),
+      .item_o,
+      .item_code_o
+  );
+
+  // The input has been read before runs are.
+  assign rd_valid_o = reader_rd_valid || merge_rd_valid;
+  assign rd_addr_o  = reader_rd_valid ? reader_rd_addr : merge_rd_addr;
+  assign rd_tag_o   = reader_rd_valid
+      ? {1'b1, (TagWidth - 1)'(reader_rd_tag)} : {1'b0, (TagWidth - 1)'(merge_rd_tag)};
+
+  logic [xy_pkg::RecordBits-1:0] item_bytes;
+  xy_pack u_pack (.record_i(item_o), .bytes_o(item_bytes));
+
+  logic writer_start, writer_ready, writer_empty;
+  xy_burst_writer #(
+      .RecordBits(xy_pkg::RecordBits),
+      .BurstLines(Burst / 2)
+  ) u_writer (
+      .clk_i,
+      .rst_ni,
+      .clear_i,
+      .start_i      (writer_start),
+      .region_base_i(source_b_d ? runs_a_base_i : runs_b_base_i),
+      .region_size_i(source_b_d ? runs_a_size_i : runs_b_size_i),
+      .in_valid_i   (merge_valid && (state_q != Last)),
+      .in_ready_o   (writer_ready),
+      .in_record_i  (item_bytes),
+      .flush_i      (state_q == Flush),
+      .empty_o      (writer_empty),
+      .error_o      (region_error_o),
+      .wr_valid_o,
+      .wr_ready_i,
+      .wr_addr_o,
+      .wr_data_o,
+      .wr_strb_o,
+      .wr_last_o
+  );
+
+  assign merge_ready  = (state_q == Last) ? item_ready_i : writer_ready;
+  assign item_valid_o = merge_valid && (state_q == Last);
+  assign end_o        = (state_q == Last) && merge_idle;
+  assign ready_o      = (state_q == Idle || state_q == Last) && merge_idle;
+
+  // --- Control ---
+
+  localparam logic [IndexWidth-1:0] Block = IndexWidth'(Capacity);
+
+  logic [IndexWidth-1:0] block_count, group, group_count, next_first, next_left;
+  logic [LogWidth-1:0]   group_log;
+  logic                  one_group;
+  assign block_count = (left_q < Block) ? left_q : Block;
+  assign group_log   = run_log_q + LogWidth'(SlotLog);
+  assign one_group   = (count == '0) || (((count - 1'b1) >> group_log) == '0);
+  assign group       = IndexWidth'(1) << group_log;
+  assign group_count = (left_q < group) ? left_q : group;
+  assign next_first  = first_q + group;
+  assign next_left   = left_q - ((state_q == Pieces) ? block_count : group_count);
+
+  // Pairs of the block whose records are the next `left_d`.
+  logic [RowWidth:0] fill_pairs;
+  assign fill_pairs = (left_d < Block) ? left_d[RowWidth+1:1] + (RowWidth + 1)'(left_d[0])
+                                       : (RowWidth + 1)'(Capacity / 2);
+
+  always_comb begin
+    state_d      = state_q;
+    first_d      = first_q;
+    left_d       = left_q;
+    fill_left_d  = fill_left_q;
+    fill_row_d   = fill_row_q;
+    run_log_d    = run_log_q;
+    source_b_d   = source_b_q;
+    writer_start = 1'b0;
+    merge_start  = 1'b0;
+    merge_runs   = 1'b1;
+    merge_first  = '0;
+    merge_count  = count;
+    merge_run    = IndexWidth'(1) << run_log_q;
+
+    unique case (state_q)
+      Fill: begin
+        if (store && sorted_valid) begin
+          fill_left_d = fill_left_q - 1'b1;
+          fill_row_d  = fill_row_q + 1'b1;
+        end
+        if (fill_left_q == '0) begin
+          merge_start = 1'b1;
+          merge_runs  = 1'b0;
+          merge_count = block_count;
+          merge_run   = IndexWidth'(2 * Burst);
+          state_d     = Pieces;
+        end
+      end
+      Pieces: begin
+        if (merge_idle) begin
+          left_d      = next_left;
+          fill_left_d = fill_pairs;
+          fill_row_d  = '0;
+          state_d     = (next_left == '0) ? Flush : Fill;
+          // What was written is read from now on.
+          if (next_left == '0) source_b_d = 1'b0;
+        end
+      end
+      Flush: begin
+        if (writer_empty) begin
+          merge_start = 1'b1;
+          first_d     = '0;
+          left_d      = count;
+          if (one_group) begin
+            state_d = Last;
+          end else begin
+            writer_start = 1'b1;
+            merge_count  = group;
+            state_d      = Runs;
+          end
+        end
+      end
+      Runs: begin
+        if (merge_idle) begin
+          if (next_left == '0) begin
+            source_b_d = !source_b_q;
+            run_log_d  = group_log;
+            state_d    = Flush;
+          end else begin
+            first_d     = next_first;
+            left_d      = next_left;
+            merge_start = 1'b1;
+            merge_first = next_first;
+            merge_count = (next_left < group) ? next_left : group;
+          end
+        end
+      end
+      default: ;
+    endcase
+
+    if (start_i) begin
+      left_d       = count;
+      fill_left_d  = fill_pairs;
+      fill_row_d   = '0;
+      run_log_d    = LogWidth'($clog2(Capacity));
+      // The first runs are written to region A, as if B were the source.
+      source_b_d   = 1'b1;
+      writer_start = 1'b1;
+      state_d      = (count == '0) ? Flush : Fill;
+    end
+  end
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      state_q <= Idle;
+    end else if (clear_i) begin
+      state_q <= Idle;
+    end else begin
+      state_q <= state_d;
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    first_q     <= first_d;
+    left_q      <= left_d;
+    fill_left_q <= fill_left_d;
+    fill_row_q  <= fill_row_d;
+    run_log_q   <= run_log_d;
+    source_b_q  <= source_b_d;
+  end
+
+`ifndef SYNTHESIS
+  // The units' own state says when a start is possible.
+  a_start_when_ready :
+  assert property (@(posedge clk_i) disable iff (!rst_ni) start_i |-> ready_o && count_i[31:27] == '0);
+
+  // One road to memory: if both wanted it, one would lose its request.
+  a_one_reads :
+  assert property (@(posedge clk_i) disable iff (!rst_ni) !(reader_rd_valid && merge_rd_valid));
+`endif
+
+endmodule
