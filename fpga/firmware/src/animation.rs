@@ -12,7 +12,7 @@ use xylem_core::refit::{CostMeter, InPlace, Update, Upkeep, refit};
 
 use crate::blob::Animation;
 use crate::digest;
-use crate::job::{Buffers, JobError, Plan};
+use crate::job::{Buffers, Finished, JobError, Plan};
 use crate::report::{Report, STAGES, halves, to_bytes, words};
 use crate::stages::{Clock, StageCycles};
 
@@ -43,11 +43,12 @@ pub(crate) fn run<B: Bus, C: Clock>(
     buffers: &mut Buffers,
     stages: &mut StageCycles<'_, C>,
     observer: &mut impl FnMut(&FrameReport),
-) -> Result<Report, JobError<B::Error>> {
+) -> Result<Finished, JobError<B::Error>> {
     let mut upkeep = Upkeep::new(animation.rule);
     let count = plan.blob.header.triangles;
     let compressed = plan.blob.header.format != NodeFormat::Bvh2;
     let mut exact = Tree::empty(NodeFormat::Bvh2, Region::default(), Region::default());
+    let mut tree = exact;
     let mut totals = Report::default();
     for frame in 0..animation.frames {
         let Some(triangles) = plan.blob.frame(frame) else { break };
@@ -68,7 +69,7 @@ pub(crate) fn run<B: Bus, C: Clock>(
             cost = exact.root.map_or(SahCost::ZERO, |root| meter.cost(&root));
             upkeep.after_rebuild(cost);
         }
-        let tree = if compressed { plan.compress(bus, &exact, stages)? } else { exact };
+        tree = if compressed { plan.compress(bus, &exact, stages)? } else { exact };
         let hits = plan.trace(bus, &tree, triangles, stages)?;
         let cycles = stages.take();
         let hits_crc = digest::of_region(bus, plan.layout.hits).map_err(JobError::Bus)?;
@@ -85,7 +86,8 @@ pub(crate) fn run<B: Bus, C: Clock>(
     }
     let outputs = plan.digest(bus, outputs)?;
     let Report { hits, rays, cycles, .. } = totals;
-    Ok(Report { hits, rays, cycles, outputs, ..plan.report(&exact, stages.cells) })
+    let report = Report { hits, rays, cycles, outputs, ..plan.report(&exact, stages.cells) };
+    Ok(plan.finished(report, exact, tree))
 }
 
 impl FrameReport {

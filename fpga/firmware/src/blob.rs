@@ -1,12 +1,14 @@
 //! The scene blob: what the host lays down in external memory for the job.
 //!
-//! Little-endian 32-bit words, then the records, without gaps:
+//! Little-endian 32-bit words, then the records; those of each kind and frame start on a multiple of 64
+//! bytes, as the accelerator's regions do:
 //!
 //! | byte   | what                                                                          |
 //! |--------|-------------------------------------------------------------------------------|
 //! | 0      | magic, the bytes `XYLB`                                                       |
 //! | 4      | version, [`Header::VERSION`]                                                  |
-//! | 8      | flags: bit 0 says that the core has the standard trap registers (`mtvec`…)    |
+//! | 8      | flags: bit 0 says that the core has the standard trap registers (`mtvec`…),   |
+//! |        | bit 1 that there is an accelerator, which is to do the job too                |
 //! | 12     | grid width in bits, 4 to 24                                                   |
 //! | 16     | Morton code width in bits, 30 or 63                                           |
 //! | 20     | traced format: 0 64-byte nodes, 1 quantized relative, 2 quantized modulo      |
@@ -26,14 +28,14 @@
 //! | 68     | frames of an animation, or 0 for a still scene                                |
 //! | 72     | when an animation rebuilds: 0 by drift, 1 by amortisation, see [`RebuildRule`] |
 //! | 76     | that rule's parameter, UQ16.16; both words are 0 for a still scene            |
-//! | 80     | triangles, 40 bytes each ([`Triangle::to_bytes`]); all of them in each frame  |
+//! | 128    | triangles, 40 bytes each ([`Triangle::to_bytes`]); all of them in each frame  |
 //! | behind | rays, 40 bytes each ([`Ray::to_bytes`])                                       |
 //!
 //! The job's work space is the memory behind the blob, from the next multiple of 64 bytes on. The
 //! parser checks that every word has a meaning; whether the builder can work with its parameters is
 //! for the core to say.
 //!
-//! Version 3 has animations; in version 2 the words from byte 68 on were reserved.
+//! Version 4 aligns the records and knows the accelerator; version 3 brought animations.
 
 use core::fmt;
 
@@ -47,11 +49,16 @@ use xylem_core::sort::{RecordFormat, SortConfig};
 use xylem_core::toplevel::{Atrbvh, Binned, Bins, TopLevel};
 use xylem_core::traverse::Query;
 
+/// What records start on a multiple of, in bytes: a region of the accelerator does.
+pub const ALIGN: u32 = xylem_regs::REGION_ALIGN;
+
 /// The head of a scene blob.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Header {
     /// Whether the core has the standard machine-mode trap registers. PicoRV32 has not.
     pub machine_traps: bool,
+    /// Whether there is an accelerator that is to do the job too. Not where the triangles move.
+    pub accelerator: bool,
     /// The grid of all coordinates.
     pub grid: Grid,
     /// The width of the sort key.
@@ -129,6 +136,8 @@ pub enum Setting {
     TopLevel,
     /// When an animation rebuilds.
     Rule,
+    /// The accelerator's flag.
+    Accelerator,
 }
 
 impl Setting {
@@ -143,6 +152,7 @@ impl Setting {
             Self::MaxLeafSize => ("the largest leaf", "1 to 255"),
             Self::TopLevel => ("the top of the tree", "0 to 5"),
             Self::Rule => ("the rule for rebuilding", "0 or 1"),
+            Self::Accelerator => ("the accelerator's flag", "0 for triangles that move"),
         }
     }
 }
@@ -232,11 +242,14 @@ impl Header {
     /// Bytes of the header.
     pub const BYTES: usize = 80;
 
+    /// Where the records begin.
+    pub const RECORDS_AT: u32 = (Self::BYTES as u32).next_multiple_of(ALIGN);
+
     /// The first word of a blob: the bytes `XYLB`.
     pub const MAGIC: u32 = u32::from_le_bytes(*b"XYLB");
 
     /// The version of the format that this module describes.
-    pub const VERSION: u32 = 3;
+    pub const VERSION: u32 = 4;
 
     /// The header's bytes.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
@@ -244,7 +257,7 @@ impl Header {
         let words = [
             Self::MAGIC,
             Self::VERSION,
-            u32::from(self.machine_traps),
+            u32::from(self.machine_traps) | u32::from(self.accelerator) << 1,
             u32::from(self.grid.bits()),
             self.morton.bits(),
             code_of(&FORMATS, self.format),
@@ -285,7 +298,7 @@ impl Header {
             return Err(BlobError::Version { found: word(1) });
         }
         let unused = if word(17) == 0 { word(18) | word(19) } else { 0 };
-        let unknown = (word(2) & !1) | unused;
+        let unknown = (word(2) & !3) | unused;
         if unknown != 0 {
             return Err(BlobError::Reserved { found: unknown });
         }
@@ -303,11 +316,16 @@ impl Header {
                 Some(animation.ok_or(bad(Setting::Rule, 18))?)
             }
         };
+        let accelerator = word(2) & 2 != 0;
+        if accelerator && animation.is_some() {
+            return Err(BlobError::Setting { setting: Setting::Accelerator, found: 1 });
+        }
         if word(10) == 0 || word(10) > MAX_LEAF_SIZE {
             return Err(bad(Setting::MaxLeafSize, 10));
         }
         Ok(Self {
             machine_traps: word(2) & 1 == 1,
+            accelerator,
             grid: grid.ok_or(bad(Setting::GridBits, 3))?,
             morton,
             format: of_code(&FORMATS, word(5)).ok_or(bad(Setting::Format, 5))?,
@@ -331,10 +349,14 @@ impl Header {
     /// Bytes of the whole blob, or `None` past 32 bits.
     pub fn blob_bytes(&self) -> Option<u32> {
         let frames = self.animation.map_or(1, |animation| animation.frames);
-        let frame = self.triangles.checked_mul(Triangle::BYTES as u32)?;
-        let triangles = frame.checked_mul(frames)?;
+        let triangles = self.frame_bytes()?.checked_mul(frames)?;
         let rays = self.rays.checked_mul(Ray::BYTES as u32)?;
-        (Self::BYTES as u32).checked_add(triangles)?.checked_add(rays)
+        Self::RECORDS_AT.checked_add(triangles)?.checked_add(rays)
+    }
+
+    /// Bytes from the triangles of a frame to those of the next, or `None` past 32 bits.
+    fn frame_bytes(&self) -> Option<u32> {
+        self.triangles.checked_mul(Triangle::BYTES as u32)?.checked_next_multiple_of(ALIGN)
     }
 }
 
@@ -392,11 +414,11 @@ impl Blob {
         let too_large = BlobError::TooLarge { needed: bytes.unwrap_or(u32::MAX), size };
         let needed = bytes.filter(|bytes| *bytes <= size).ok_or(too_large)?;
         // Nothing below overflows: every sum is at most `needed`, or is clamped to `size`.
-        let triangles_at = Header::BYTES as u32;
+        let triangles_at = Header::RECORDS_AT;
         let frame = header.triangles * Triangle::BYTES as u32;
         let frames = header.animation.map_or(1, |animation| animation.frames);
-        let rays_at = triangles_at + frames * frame;
-        let work_at = needed.checked_next_multiple_of(64).unwrap_or(size).min(size);
+        let rays_at = triangles_at + frames * frame.next_multiple_of(ALIGN);
+        let work_at = needed.checked_next_multiple_of(ALIGN).unwrap_or(size).min(size);
         let piece = |from: u32, to: u32| Region::new(memory.base.0 + from, to - from);
         Ok(Self {
             header,
@@ -411,7 +433,7 @@ impl Blob {
         let frames = self.header.animation.map_or(1, |animation| animation.frames);
         let Region { base, size } = self.triangles;
         // All frames are inside the blob, which ends below 2^32.
-        (index < frames).then(|| Region::new(base.0 + index * size, size))
+        (index < frames).then(|| Region::new(base.0 + index * size.next_multiple_of(ALIGN), size))
     }
 }
 
@@ -423,6 +445,7 @@ mod tests {
 
     const HEADER: Header = Header {
         machine_traps: true,
+        accelerator: false,
         grid: Grid::DEFAULT,
         morton: MortonWidth::Bits63,
         format: NodeFormat::Quantized(Quantization::MODULO),
@@ -465,16 +488,16 @@ mod tests {
     fn pieces_follow_each_other_and_work_space_starts_aligned() {
         let blob = parse(HEADER.to_bytes(), 1000).unwrap();
         assert_eq!(blob.header, HEADER);
-        assert_eq!(blob.triangles, Region::new(0x150, 80));
-        assert_eq!(blob.rays, Region::new(0x1a0, 120));
-        assert_eq!(blob.work, Region::new(0x100 + 320, 1000 - 320));
+        assert_eq!(blob.triangles, Region::new(0x180, 80));
+        assert_eq!(blob.rays, Region::new(0x200, 120));
+        assert_eq!(blob.work, Region::new(0x100 + 384, 1000 - 384));
     }
 
     #[test]
     fn a_blob_may_fill_memory_but_not_exceed_it() {
-        assert_eq!(parse(HEADER.to_bytes(), 280).unwrap().work.size, 0);
-        let error = BlobError::TooLarge { needed: 280, size: 279 };
-        assert_eq!(parse(HEADER.to_bytes(), 279), Err(error));
+        assert_eq!(parse(HEADER.to_bytes(), 376).unwrap().work.size, 0);
+        let error = BlobError::TooLarge { needed: 376, size: 375 };
+        assert_eq!(parse(HEADER.to_bytes(), 375), Err(error));
         let huge = Header { triangles: u32::MAX, ..HEADER };
         let error = BlobError::TooLarge { needed: u32::MAX, size: 4096 };
         assert_eq!(parse(huge.to_bytes(), 4096), Err(error));
@@ -491,7 +514,8 @@ mod tests {
         assert_eq!(with(0, 7), Err(BlobError::Magic { found: 7 }));
         assert_eq!(with(1, 9), Err(BlobError::Version { found: 9 }));
         assert_eq!(with(2, 0), Ok(Header { machine_traps: false, ..HEADER }));
-        assert_eq!(with(2, 2), Err(BlobError::Reserved { found: 2 }));
+        assert_eq!(with(2, 3), Ok(Header { accelerator: true, ..HEADER }));
+        assert_eq!(with(2, 4), Err(BlobError::Reserved { found: 4 }));
         for reserved in [18, 19] {
             assert_eq!(with(reserved, 1), Err(BlobError::Reserved { found: 1 }));
         }
@@ -516,12 +540,15 @@ mod tests {
             let animation = Some(Animation { frames: 3, rule });
             let blob = parse(Header { animation, ..HEADER }.to_bytes(), 1000).unwrap();
             assert_eq!(blob.header.animation, animation);
-            assert_eq!(blob.frame(0), Some(Region::new(0x150, 80)));
-            assert_eq!(blob.frame(2), Some(Region::new(0x150 + 160, 80)));
+            assert_eq!(blob.frame(0), Some(Region::new(0x180, 80)));
+            assert_eq!(blob.frame(2), Some(Region::new(0x180 + 256, 80)));
             assert_eq!(blob.frame(3), None);
-            assert_eq!(blob.rays, Region::new(0x150 + 240, 120));
-            let error = BlobError::TooLarge { needed: 440, size: 439 };
-            assert_eq!(parse(Header { animation, ..HEADER }.to_bytes(), 439), Err(error));
+            assert_eq!(blob.rays, Region::new(0x180 + 384, 120));
+            let error = BlobError::TooLarge { needed: 632, size: 631 };
+            assert_eq!(parse(Header { animation, ..HEADER }.to_bytes(), 631), Err(error));
+            let both = Header { animation, accelerator: true, ..HEADER };
+            let error = BlobError::Setting { setting: Setting::Accelerator, found: 1 };
+            assert_eq!(parse(both.to_bytes(), 1000), Err(error));
         }
         let still = parse(HEADER.to_bytes(), 1000).unwrap();
         assert_eq!((still.frame(0), still.frame(1)), (Some(still.triangles), None));

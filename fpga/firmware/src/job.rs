@@ -111,6 +111,21 @@ impl<E: fmt::Debug> fmt::Display for JobError<E> {
 
 impl<E: fmt::Debug> core::error::Error for JobError<E> {}
 
+/// What a run of the job leaves: the report, and what is where in memory.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Finished {
+    /// The report.
+    pub report: Report,
+    /// The scene.
+    pub blob: Blob,
+    /// Where the outputs are.
+    pub layout: Layout,
+    /// The tree of 64-byte nodes; of an animation, the last.
+    pub exact: Tree,
+    /// The tree that rays were traced through.
+    pub traced: Tree,
+}
+
 /// Builds, compresses and traces the scene blob at the start of `memory`, and digests every output. If
 /// the scene is animated, does it frame by frame, see [`animation`], and tells
 /// `observer` of each.
@@ -125,7 +140,7 @@ pub fn run<B: Bus, C: Clock>(
     buffers: &mut Buffers,
     clock: &mut C,
     observer: &mut impl FnMut(&FrameReport),
-) -> Result<Report, JobError<B::Error>> {
+) -> Result<Finished, JobError<B::Error>> {
     let plan = Plan::new(bus, memory, buffers)?;
     let mut stages = StageCycles::new(clock);
     if let Some(animation) = plan.blob.header.animation {
@@ -137,7 +152,8 @@ pub fn run<B: Bus, C: Clock>(
     let hits = plan.trace(bus, &tree, plan.blob.triangles, &mut stages)?;
     let cycles = stages.take();
     let outputs = plan.digest(bus, plan.layout.outputs(&exact))?;
-    Ok(Report { hits, cycles, outputs, ..plan.report(&exact, stages.cells) })
+    let report = Report { hits, cycles, outputs, ..plan.report(&exact, stages.cells) };
+    Ok(plan.finished(report, exact, tree))
 }
 
 /// What is to be done, and where.
@@ -243,6 +259,11 @@ impl Plan {
             *output = OutputDigest { bytes: region.size, crc };
         }
         Ok(outputs)
+    }
+
+    /// What there is at the end.
+    pub fn finished(&self, report: Report, exact: Tree, traced: Tree) -> Finished {
+        Finished { report, blob: self.blob, layout: self.layout, exact, traced }
     }
 
     /// A report with the counts of a tree.

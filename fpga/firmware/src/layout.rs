@@ -5,7 +5,7 @@ use xylem_core::node::{Bvh2Node, LeafEntry, Quantization, Tree};
 use xylem_core::pipeline::{BuildConfig, BuildRegions};
 use xylem_core::traverse::Hit;
 
-use crate::blob::Blob;
+use crate::blob::{ALIGN, Blob};
 use crate::report::OUTPUTS;
 
 /// The regions of one job, one behind the other from the start of the work space, each aligned to
@@ -18,23 +18,20 @@ pub struct Layout {
     pub quantized_nodes: Region,
     /// The hit records.
     pub hits: Region,
+    /// The memory behind them.
+    pub free: Region,
 }
 
 impl Layout {
     /// The regions for a blob, or the number of bytes they would take (at most `u32::MAX`) if there
     /// are not as many.
     pub fn new(blob: &Blob, config: &BuildConfig) -> Result<Self, u32> {
-        let mut used = 0u64;
-        let mut place = |bytes: u64| {
-            let base = u64::from(blob.work.base.0) + used;
-            used += bytes.next_multiple_of(64);
-            // A base or size that is cut off here belongs to a layout that is refused below.
-            Region::new(base as u32, bytes as u32)
-        };
+        let mut places = Places::new(blob.work);
+        let mut place = |bytes| places.place(bytes);
         let count = blob.header.triangles;
         let records = |count: u32, bytes: usize| u64::from(count) * bytes as u64;
         let [runs_a, runs_b] = config.run_bytes(count);
-        let layout = Self {
+        let mut layout = Self {
             build: BuildRegions {
                 primitives: blob.triangles,
                 runs_a: place(runs_a),
@@ -44,12 +41,10 @@ impl Layout {
             },
             quantized_nodes: place(records(count, Quantization::RELATIVE.node_bytes() as usize)),
             hits: place(records(blob.header.rays, Hit::BYTES)),
+            free: Region::default(),
         };
-        if used <= u64::from(blob.work.size) {
-            Ok(layout)
-        } else {
-            Err(u32::try_from(used).unwrap_or(u32::MAX))
-        }
+        layout.free = places.rest()?;
+        Ok(layout)
     }
 
     /// The used parts of the regions of [`OUTPUTS`], given the tree of 64-byte nodes.
@@ -71,6 +66,35 @@ impl Layout {
     }
 }
 
+/// Hands out pieces of a region, one behind the other, each on a multiple of 64 bytes like the region.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Places {
+    all: Region,
+    used: u64,
+}
+
+impl Places {
+    pub const fn new(all: Region) -> Self {
+        Self { all, used: 0 }
+    }
+
+    /// The next `bytes`, which count only if [`rest`](Self::rest) says that there were as many.
+    pub fn place(&mut self, bytes: u64) -> Region {
+        let base = u64::from(self.all.base.0) + self.used;
+        self.used += bytes.next_multiple_of(u64::from(ALIGN));
+        // A base or size that is cut off here belongs to places that `rest` refuses.
+        Region::new(base as u32, bytes as u32)
+    }
+
+    /// What is left, or how many bytes the pieces take (at most `u32::MAX`) if there are fewer.
+    pub fn rest(&self) -> Result<Region, u32> {
+        let refused = u32::try_from(self.used).unwrap_or(u32::MAX);
+        let left = u64::from(self.all.size).checked_sub(self.used).ok_or(refused)?;
+        let base = u64::from(self.all.base.0) + self.used;
+        Ok(Region::new(base as u32, left as u32))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,6 +110,7 @@ mod tests {
     fn blob(triangles: u32, rays: u32, work: u32) -> Blob {
         let header = Header {
             machine_traps: false,
+            accelerator: false,
             grid: Grid::DEFAULT,
             morton: MortonWidth::Bits30,
             format: NodeFormat::Bvh2,
@@ -127,6 +152,9 @@ mod tests {
             end += region.size.next_multiple_of(64);
         }
         assert_eq!(end, 0x9000_0000 + needed);
+        assert_eq!(layout.free, Region::new(end, 0));
+        let roomy = Layout::new(&blob(100, 10, needed + 70), &config).unwrap();
+        assert_eq!(roomy, Layout { free: Region::new(end, 70), ..layout });
         assert_eq!(Layout::new(&blob(100, 10, needed - 1), &config), Err(needed));
     }
 

@@ -8,10 +8,13 @@
 //! - [`blob`]: the scene as the host lays it down in memory.
 //! - [`job`]: the work itself; [`animation`]: the same for triangles that move; [`layout`]: where they
 //!   put their outputs.
+//! - [`accelerator`]: the same job by the accelerator, compared; [`accelerated`]: what came of that.
 //! - [`report`]: what it found, in numbers, and the bytes that carry them to the host.
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod accelerated;
+pub mod accelerator;
 pub mod animation;
 pub mod blob;
 pub mod digest;

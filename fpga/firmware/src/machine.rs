@@ -1,11 +1,13 @@
-//! The soft core: reset, memory, clock, log line and power switch.
+//! The soft core: reset, memory, clock, accelerator, log line and power switch.
 //!
 //! This is the only module with unsafe code: the reset and trap code in assembly, accesses to the
-//! device registers of [`map`], and external memory behind [`Bus`]. It stands on three facts:
+//! device registers of [`map`], and external memory behind [`Bus`]. It stands on four facts:
 //!
 //! - the program runs on one core without interrupts, so nothing is concurrent;
 //! - [`map::EXTERNAL`] is plain memory where no Rust object lives, as link.x places them all in
 //!   [`map::LOCAL`];
+//! - the accelerator's registers are touched through the one value of [`Accelerator`], and its jobs write
+//!   external memory only;
 //! - the assembly below calls Rust with a valid stack, zeroed `.bss`, and never twice.
 //!
 //! PicoRV32 has hardly any control register and stops at instructions that touch others: only
@@ -14,9 +16,13 @@
 
 use core::arch::{asm, global_asm};
 use core::cell::UnsafeCell;
-use core::ptr;
+use core::convert::Infallible;
+use core::ptr::{self, NonNull};
 
+use embedded_hal::delay::DelayNs;
+use embedded_hal::digital::{ErrorType, InputPin};
 use xylem_core::mem::{Bus, ByteAddr};
+use xylem_driver::Mmio;
 use xylem_firmware::job::{Buffers, Clock};
 use xylem_firmware::map;
 
@@ -67,7 +73,8 @@ static BUFFERS: Static<Buffers> = Static(UnsafeCell::new(Buffers::new()));
 
 extern "C" fn reset() -> ! {
     // SAFETY: the only reference to the buffers, as this runs once.
-    program::main(ExternalMemory(()), unsafe { &mut *BUFFERS.0.get() })
+    let buffers = unsafe { &mut *BUFFERS.0.get() };
+    program::main(ExternalMemory(()), Accelerator(()), buffers)
 }
 
 extern "C" fn trap(cause: u32, pc: u32, value: u32) -> ! {
@@ -132,6 +139,52 @@ pub struct CycleCounter;
 impl Clock for CycleCounter {
     fn cycles(&mut self) -> u64 {
         cycles()
+    }
+}
+
+/// The place of the accelerator, if there is one. There is one place, made at reset.
+#[derive(Debug)]
+pub struct Accelerator(());
+
+impl Accelerator {
+    /// Its registers, a delay, and its interrupt line.
+    pub fn into_parts(self) -> (Mmio, CoreDelay, InterruptLine) {
+        let base = ptr::with_exposed_provenance_mut(map::ACCELERATOR.base.0 as usize);
+        // SAFETY: not null; the whole map is device registers, which only this value reaches.
+        let registers = unsafe { Mmio::new(NonNull::new_unchecked(base)) };
+        (registers, CoreDelay, InterruptLine)
+    }
+}
+
+/// Waits by the cycle counter, at [`map::CLOCK_MHZ`].
+#[derive(Clone, Copy, Debug)]
+pub struct CoreDelay;
+
+impl DelayNs for CoreDelay {
+    fn delay_ns(&mut self, ns: u32) {
+        let start = cycles();
+        let wanted = u64::from(ns) * u64::from(map::CLOCK_MHZ) / 1000;
+        while cycles().wrapping_sub(start) < wanted {}
+    }
+}
+
+/// The accelerator's interrupt line as a word of memory: PicoRV32 has no standard interrupts.
+#[derive(Clone, Copy, Debug)]
+pub struct InterruptLine;
+
+impl ErrorType for InterruptLine {
+    type Error = Infallible;
+}
+
+impl InputPin for InterruptLine {
+    fn is_high(&mut self) -> Result<bool, Infallible> {
+        let line = ptr::with_exposed_provenance::<u32>(map::ACCELERATOR_INTERRUPT as usize);
+        // SAFETY: a device register.
+        Ok(unsafe { line.read_volatile() } & 1 == 1)
+    }
+
+    fn is_low(&mut self) -> Result<bool, Infallible> {
+        self.is_high().map(|high| !high)
     }
 }
 

@@ -3,7 +3,9 @@
 //!
 //! Each frame of an animation leaves a line `frame` with the bytes of its
 //! [report](xylem_firmware::animation::FrameReport); the last line of a successful run is `report` with
-//! those of the [whole](xylem_firmware::report). Exit codes: 1 the job failed, 2 a panic, 3 a trap.
+//! those of the [whole](xylem_firmware::report). If the blob says that there is an accelerator, it does the
+//! job too, and a line `accelerated` has the bytes of [what it did](xylem_firmware::accelerated). Exit
+//! codes: 1 the job failed, 2 a panic, 3 a trap, 4 the accelerator failed.
 #![cfg_attr(target_arch = "riscv32", no_std, no_main)]
 #![deny(unsafe_code)]
 
@@ -14,16 +16,18 @@ mod machine;
 mod program {
     use core::panic::PanicInfo;
 
+    use xylem_firmware::accelerated::PARTS;
     use xylem_firmware::animation::FrameReport;
+    use xylem_firmware::job::{Buffers, Finished};
     use xylem_firmware::report::{OUTPUTS, STAGES};
-    use xylem_firmware::{blob::Blob, job, job::Buffers, map};
+    use xylem_firmware::{accelerator, blob::Blob, job, map};
 
-    use crate::machine::{self, CycleCounter, ExternalMemory, Trap};
+    use crate::machine::{self, Accelerator, CycleCounter, ExternalMemory, Trap};
 
     defmt::timestamp!("{=u64}", machine::cycles());
 
     /// Runs the job, once. The reset code calls this with memory ready.
-    pub fn main(mut memory: ExternalMemory, buffers: &mut Buffers) -> ! {
+    pub fn main(mut memory: ExternalMemory, hardware: Accelerator, buffers: &mut Buffers) -> ! {
         if Blob::parse(&mut memory, map::EXTERNAL).is_ok_and(|blob| blob.header.machine_traps) {
             machine::catch_traps();
         }
@@ -32,7 +36,8 @@ mod program {
             defmt::println!("frame {=[u8]:02x}", frame.to_bytes());
         };
         match job::run(&mut memory, map::EXTERNAL, buffers, &mut CycleCounter, &mut observer) {
-            Ok(report) => {
+            Ok(finished) => {
+                let report = &finished.report;
                 defmt::info!(
                     "{=u32} primitives, {=u32} leaves, {=u32} nodes, {=u32} cells, {=u32} rays, \
                      {=u32} hits",
@@ -55,11 +60,36 @@ mod program {
                     );
                 }
                 defmt::println!("report {=[u8]:02x}", report.to_bytes());
+                if finished.blob.header.accelerator {
+                    accelerate(&mut memory, hardware, &finished);
+                }
                 machine::power_off(map::POWER_OFF_PASS)
             }
             Err(error) => {
                 defmt::error!("job failed: {}", error);
                 machine::power_off(map::power_off_fail(1))
+            }
+        }
+    }
+
+    /// Does the job once more with the accelerator.
+    fn accelerate(memory: &mut ExternalMemory, hardware: Accelerator, finished: &Finished) {
+        match accelerator::run(memory, finished, &mut CycleCounter, hardware.into_parts()) {
+            Ok(report) => {
+                for (part, done) in PARTS.iter().zip(report.parts) {
+                    let Some(done) = done else { continue };
+                    defmt::info!(
+                        "accelerated {}: {=u64} cycles, {=u64} of them the accelerator's",
+                        part,
+                        done.cycles,
+                        done.counters.cycles
+                    );
+                }
+                defmt::println!("accelerated {=[u8]:02x}", report.to_bytes());
+            }
+            Err(error) => {
+                defmt::error!("accelerator: {}", error);
+                machine::power_off(map::power_off_fail(4))
             }
         }
     }

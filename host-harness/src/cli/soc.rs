@@ -7,8 +7,10 @@ use clap::ValueEnum;
 use xylem_core::emit::{CellConfig, EmitterKind};
 use xylem_core::geom::Ray;
 use xylem_core::node::NodeFormat;
+use xylem_core::num::Grid;
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::refit::{Factor, RebuildRule};
+use xylem_core::toplevel::TopLevel;
 use xylem_firmware::job::MAX_CELLS;
 
 use super::options::{self, QueryArg, TreeArgs};
@@ -19,8 +21,8 @@ use crate::report::SocReport;
 use crate::scene::rays::{RayFileError, read_rays};
 use crate::scene::{Animation, GridRay, LoadOptions, Mesh, Movement, SceneRay, convert};
 use crate::soc::{
-    self, Engine, FrameReport, Motion, OUTPUTS, Options, Output, SceneBlob, firmware_elf,
-    run_on_host,
+    self, AcceleratorConfig, Beside, Engine, FrameReport, Motion, OUTPUTS, Options, Output,
+    SceneBlob, firmware_elf, run_on_host,
 };
 
 /// Run the firmware on a RISC-V soft core
@@ -33,6 +35,11 @@ use crate::soc::{
 /// tree or builds it anew, by the SAH cost that the refit measures, and traces the same rays. The
 /// command also compares the hits of every frame with those of a tree built for it.
 ///
+/// With --accelerator the accelerator does the job after the software, driven by the same program
+/// through its registers: the core makes the input that the hardware takes, starts the build, waits for
+/// its interrupt and compares every byte. The command prints cycles in software, cycles with the
+/// accelerator and the speed-up, part by part.
+///
 /// Cycles depend on the engine: sim models the core's cycles, qemu counts instructions, picorv32 is
 /// the core's RTL under Verilator.
 #[derive(Debug, clap::Args)]
@@ -41,7 +48,9 @@ use crate::soc::{
     xylem soc terrain:6 --engine qemu --format cbvh --json\n  \
     xylem soc bunny.obj.gz --rays primary.rays --memory slow\n  \
     xylem soc terrain:6 --top-level binned --bins 8 --cells 512\n  \
-    xylem soc flag:cells=24 --animate 64 --rebuild-at 1.2\n\n\
+    xylem soc flag:cells=24 --animate 64 --rebuild-at 1.2\n  \
+    xylem soc terrain:6 --accelerator model --accelerator-config small\n  \
+    xylem soc terrain:6 --engine picorv32 --accelerator rtl\n\n\
     The firmware is built by `tests/firmware.sh build`; XYLEM_FIRMWARE names another ELF file.")]
 pub(super) struct Args {
     #[command(flatten)]
@@ -80,6 +89,17 @@ pub(super) struct Args {
     /// External memory of the simulated core (sim only), see `xylem build --help`
     #[arg(long, default_value = "ideal", value_parser = build::memory_names())]
     memory: String,
+    /// The accelerator beside the core: the cycle model (with --engine sim) or the RTL of xy_top (with
+    /// --engine picorv32)
+    #[arg(long, value_enum, default_value_t = AcceleratorArg::None, conflicts_with = "animate")]
+    accelerator: AcceleratorArg,
+    /// With --accelerator: its sizes; small has M = 128 and B = 4, paper M = 8192 and B = 16 (P2)
+    #[arg(long, value_name = "NAME", default_value = "paper", value_parser = config_names())]
+    accelerator_config: String,
+    /// With --accelerator: cycles from a read at its memory port to the answer, 1 to 1000
+    #[arg(long, value_name = "CYCLES", default_value_t = 20,
+          value_parser = clap::value_parser!(u32).range(1..=1000))]
+    accelerator_latency: u32,
     /// Seconds after which the run is given up
     #[arg(long, value_name = "SECONDS", default_value_t = 600,
           value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -95,6 +115,22 @@ enum EngineArg {
     Qemu,
     /// PicoRV32's RTL
     Picorv32,
+}
+
+/// `--accelerator`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum AcceleratorArg {
+    /// There is none
+    None,
+    /// The cycle model of the builder
+    Model,
+    /// The RTL of xy_top
+    Rtl,
+}
+
+/// The names that `--accelerator-config` takes.
+fn config_names() -> clap::builder::PossibleValuesParser {
+    AcceleratorConfig::ALL.map(|config| config.name).into()
 }
 
 impl From<EngineArg> for Engine {
@@ -139,6 +175,38 @@ fn factor(text: &str) -> Result<Factor, String> {
 }
 
 impl Args {
+    /// The accelerator asked for, if one is.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] for one that is not beside this core, or a tree that none builds.
+    fn beside(&self, config: &BuildConfig) -> Result<Option<Beside>, CliError> {
+        let usage = |message: String| Err(CliError::Usage(message));
+        let engine = match self.accelerator {
+            AcceleratorArg::None => return Ok(None),
+            AcceleratorArg::Model => EngineArg::Sim,
+            AcceleratorArg::Rtl => EngineArg::Picorv32,
+        };
+        if self.engine != engine {
+            let engine = Engine::from(engine);
+            return usage(format!(
+                "this accelerator is beside the core of --engine {engine}; use that, or model with \
+                 sim and rtl with picorv32"
+            ));
+        }
+        if config.top_level != TopLevel::None
+            || config.join_leaves > 0
+            || config.grid != Grid::DEFAULT
+        {
+            let message = "the accelerator builds on the 24-bit grid, without a top level or joined \
+                           leaves; leave out --top-level, --join-leaves and --grid";
+            return usage(message.into());
+        }
+        // The parser lets no other names through.
+        let config = AcceleratorConfig::by_name(&self.accelerator_config);
+        let config = *config.unwrap_or(&AcceleratorConfig::PAPER);
+        Ok(Some(Beside { config, latency: self.accelerator_latency }))
+    }
+
     /// The scene, or the frames of its animation.
     fn load(&self) -> Result<Animation, CliError> {
         let mesh = self.tree.load()?;
@@ -190,6 +258,7 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
         return Err(CliError::Usage(message));
     }
     let cells = cells(&args.tree, &tree.config)?;
+    let accelerator = args.beside(&tree.config)?;
     engine.check()?;
     let elf = firmware_elf()?;
     let given = args.rays.as_ref().map(|path| Ok::<_, CliError>((path, read_rays(path)?)));
@@ -221,17 +290,19 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
             rule: args.rule(),
         }),
         rays,
+        accelerator: accelerator.is_some(),
         ..SceneBlob::default()
     };
     let host =
         run_on_host(&blob)?.map_err(|source| CliError::Job { scene: mesh.name.clone(), source })?;
     let spinner = progress::spinner(format!("running {} on {engine}", mesh.name));
-    let options = Options { time: Duration::from_secs(args.timeout), memory };
+    let options = Options { time: Duration::from_secs(args.timeout), memory, accelerator };
     let outcome = soc::run(engine, &elf, &blob, &options)?;
     spinner.finish_and_clear();
 
     let fresh = fresh_hits(&blob, &animation.frames)?;
-    let report = SocReport::new(&mesh.name, &blob, &outcome, &host.report, &fresh);
+    let report =
+        SocReport::new(&mesh.name, &blob, &outcome, &host.report, &fresh, accelerator.as_ref());
     console.result(&report, || report.to_string())?;
     let unlike =
         |(a, b): (&FrameReport, &FrameReport)| FrameReport { cycles: b.cycles, ..*a } != *b;
@@ -244,6 +315,8 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
         format!("{} frames on {engine}, {} on the host", outcome.frames.len(), host.frames.len())
     } else if let Some(frame) = report.frames.iter().find(|frame| !frame.fresh_hits_equal) {
         format!("frame {}: the hits are not those of a fresh tree", frame.frame)
+    } else if report.accelerator.as_ref().is_some_and(|accelerator| !accelerator.equal) {
+        "the accelerator's outputs are not the software's".into()
     } else {
         return Ok(());
     };

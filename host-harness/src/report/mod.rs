@@ -2,6 +2,7 @@
 //!
 //! A quantity that was not measured is absent, never 0; one that comes from a model says so.
 
+mod accelerated;
 mod build;
 pub mod chart;
 mod clocked;
@@ -22,6 +23,7 @@ pub mod units;
 mod view;
 mod wrap;
 
+pub use accelerated::{SocAccelerated, SocPart};
 pub use build::{BuildReport, RegionReport, StageReport, stage_name};
 pub use clocked::{ClockedReport, MemoryReport, UnitReport};
 pub use compression::CompressionReport;

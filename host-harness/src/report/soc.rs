@@ -8,8 +8,8 @@ use xylem_core::refit::Update;
 use xylem_core::toplevel::TopLevel;
 
 use super::build::{bins_of, top_name};
-use super::{BuildReport, Table, stage_name, units};
-use crate::soc::{FrameReport, OUTPUTS, Outcome, Report, STAGES, SceneBlob};
+use super::{BuildReport, SocAccelerated, Table, stage_name, units};
+use crate::soc::{Beside, FrameReport, OUTPUTS, Outcome, Report, STAGES, SceneBlob};
 
 /// The numbers of a run on the soft core, as `xylem soc --json` prints them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -66,6 +66,9 @@ pub struct SocReport {
     /// What was done in each frame of an animation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub frames: Vec<SocFrame>,
+    /// What the accelerator did of the same job, if there was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accelerator: Option<SocAccelerated>,
     /// How long the engine ran on this machine, in milliseconds: measured.
     pub host_ms: f64,
     /// The firmware's log.
@@ -154,13 +157,15 @@ impl SocFrame {
 
 impl SocReport {
     /// Collects the numbers of a run on `blob`; `host` is the report of the same job on the host, and `fresh`
-    /// has for each frame of an animation the digest of the hits of a tree that was built for it.
+    /// has for each frame of an animation the digest of the hits of a tree that was built for it; `beside`
+    /// is the accelerator that took part, if one did.
     pub fn new(
         scene: &str,
         blob: &SceneBlob,
         outcome: &Outcome,
         host: &Report,
         fresh: &[u32],
+        beside: Option<&Beside>,
     ) -> Self {
         let report = &outcome.report;
         let (format, coords) = BuildReport::format_words(blob.format);
@@ -220,6 +225,7 @@ impl SocReport {
             digest: hex(report.digest()),
             host_digest: hex(host.digest()),
             frames: outcome.frames.iter().zip(fresh).map(|(f, &c)| SocFrame::new(f, c)).collect(),
+            accelerator: SocAccelerated::new(outcome, beside),
             host_ms: units::milliseconds(outcome.time),
             log: outcome.log.iter().map(ToString::to_string).collect(),
         }
@@ -302,6 +308,9 @@ impl fmt::Display for SocReport {
         writeln!(f, "{table}")?;
         if !self.frames.is_empty() {
             self.write_frames(f)?;
+        }
+        if let Some(accelerator) = &self.accelerator {
+            writeln!(f, "{accelerator}")?;
         }
         let mut table = Table::new(["output", "bytes", "CRC-32"]);
         for o in &self.outputs {

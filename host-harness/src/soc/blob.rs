@@ -8,7 +8,7 @@ use xylem_core::refit::RebuildRule;
 use xylem_core::sort::SortConfig;
 use xylem_core::toplevel::TopLevel;
 use xylem_core::traverse::Query;
-use xylem_firmware::blob::{Animation, Header};
+use xylem_firmware::blob::{ALIGN, Animation, Header};
 use xylem_firmware::job::MAX_CELLS;
 use xylem_firmware::map::EXTERNAL;
 
@@ -41,6 +41,8 @@ pub struct SceneBlob {
     pub animation: Option<Motion>,
     /// The rays.
     pub rays: Vec<Ray>,
+    /// Whether there is an accelerator that is to do the job too. Not where triangles move.
+    pub accelerator: bool,
 }
 
 /// The further frames of an animation.
@@ -69,6 +71,7 @@ impl Default for SceneBlob {
             triangles: Vec::new(),
             animation: None,
             rays: Vec::new(),
+            accelerator: false,
         }
     }
 }
@@ -89,6 +92,7 @@ impl SceneBlob {
         let frames = count(1 + later.len());
         let header = Header {
             machine_traps,
+            accelerator: self.accelerator,
             grid: self.grid,
             morton: self.morton,
             format: self.format,
@@ -107,14 +111,18 @@ impl SceneBlob {
         };
         if header.blob_bytes().is_none_or(|bytes| bytes > EXTERNAL.size) {
             let records = |n: usize, bytes: usize| n as u64 * bytes as u64;
-            let needed = Header::BYTES as u64
-                + records(self.triangles.len() * (1 + later.len()), Triangle::BYTES)
+            let frame = records(first, Triangle::BYTES).next_multiple_of(u64::from(ALIGN));
+            let needed = u64::from(Header::RECORDS_AT)
+                + frame * (1 + later.len() as u64)
                 + records(self.rays.len(), Ray::BYTES);
             return Err(SocError::TooLarge { needed, size: EXTERNAL.size });
         }
         let mut bytes = header.to_bytes().to_vec();
-        bytes.extend(self.triangles.iter().flat_map(Triangle::to_bytes));
-        bytes.extend(later.iter().flatten().flat_map(Triangle::to_bytes));
+        for frame in std::iter::once(&self.triangles).chain(later) {
+            bytes.resize(bytes.len().next_multiple_of(ALIGN as usize), 0);
+            bytes.extend(frame.iter().flat_map(Triangle::to_bytes));
+        }
+        bytes.resize(bytes.len().next_multiple_of(ALIGN as usize), 0);
         bytes.extend(self.rays.iter().flat_map(Ray::to_bytes));
         Ok(bytes)
     }
@@ -147,6 +155,6 @@ mod tests {
         let triangle = Triangle { vertices: [[0, 0, 0].into(); 3], id: 0 };
         let scene = SceneBlob { triangles: vec![triangle; 1_500_000], ..SceneBlob::default() };
         let error = scene.to_bytes(false).unwrap_err();
-        assert!(matches!(error, SocError::TooLarge { needed: 60_000_080, size: 58_720_256 }));
+        assert!(matches!(error, SocError::TooLarge { needed: 60_000_128, size: 58_720_256 }));
     }
 }

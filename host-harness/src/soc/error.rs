@@ -65,6 +65,14 @@ pub enum SocError {
         /// How to get it.
         hint: String,
     },
+    /// There is no accelerator beside the core of this engine.
+    #[error(
+        "{engine} has no accelerator beside its core; use sim for the model or picorv32 for the RTL"
+    )]
+    NoAccelerator {
+        /// The engine.
+        engine: Engine,
+    },
     /// The engine itself could not be built.
     #[error("{engine} could not be built: {what}")]
     Build {
@@ -78,7 +86,7 @@ pub enum SocError {
     Failed {
         /// The engine.
         engine: Engine,
-        /// The program's exit code: 1 the job failed, 2 a panic, 3 a trap.
+        /// The program's exit code: 1 the job failed, 2 a panic, 3 a trap, 4 the accelerator failed.
         code: u8,
         /// The log up to the end.
         log: Vec<Line>,

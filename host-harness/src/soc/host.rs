@@ -30,8 +30,8 @@ pub fn run_on_host(scene: &SceneBlob) -> Result<Result<HostRun, JobError<MemoryE
     let mut buffers = Box::new(Buffers::new());
     let mut frames = Vec::new();
     let mut observer = |frame: &FrameReport| frames.push(*frame);
-    let report = job::run(&mut memory, all, &mut buffers, &mut NoClock, &mut observer);
-    Ok(report.map(|report| HostRun { report, frames }))
+    let done = job::run(&mut memory, all, &mut buffers, &mut NoClock, &mut observer);
+    Ok(done.map(|done| HostRun { report: done.report, frames }))
 }
 
 /// Memory of the size of external memory that starts with `blob`, cut off where it is longer.

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use defmt_decoder::{DecodeError, Table};
+use xylem_firmware::accelerated::Accelerated;
 use xylem_firmware::animation::FrameReport;
 use xylem_firmware::report::Report;
 
@@ -64,6 +65,14 @@ pub(super) fn take_report(log: &mut Vec<Line>) -> Option<Report> {
     Some(report)
 }
 
+/// Takes what the accelerator did out of a log.
+pub(super) fn take_accelerated(log: &mut Vec<Line>) -> Option<Accelerated> {
+    let at = log.iter().rposition(|line| line.text.starts_with("accelerated ["))?;
+    let report = Accelerated::from_bytes(&bytes_of(&log[at].text, "accelerated")?)?;
+    log.remove(at);
+    Some(report)
+}
+
 /// Takes the lines of the frames of an animation out of a log; one that is broken stays.
 pub(super) fn take_frames(log: &mut Vec<Line>) -> Vec<FrameReport> {
     let mut frames = Vec::new();
@@ -98,6 +107,11 @@ mod tests {
         assert_eq!(take_report(&mut log), Some(report));
         assert_eq!(log.len(), 1);
         assert_eq!(take_report(&mut log), None);
+        let accelerated = Accelerated { same_counts: true, ..Accelerated::default() };
+        let bytes = accelerated.to_bytes().map(|b| format!("{b:02x}")).join(", ");
+        log.push(line(format!("accelerated [{bytes}]")));
+        assert_eq!(take_accelerated(&mut log), Some(accelerated));
+        assert_eq!((log.len(), take_accelerated(&mut log)), (1, None));
         assert_eq!(bytes_of("report [00, 01]", "report"), Some(vec![0, 1]));
         assert_eq!(bytes_of("report [0g]", "report"), None);
     }

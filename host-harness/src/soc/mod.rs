@@ -13,14 +13,19 @@
 //! | [`Engine::Qemu`]    | instructions, as QEMU counts one cycle for each              |
 //! | [`Engine::PicoRv32`]| measured: clock cycles of the core's RTL under Verilator     |
 //!
+//! Beside the core there may be an accelerator ([`Beside`]), which does the job after the software; the
+//! firmware compares both and reports what each part took ([`Accelerated`]).
+//!
 //! The model is one of PicoRV32 on memory that answers at once. There, the cycles of every stage
 //! are the same as those of the RTL, exactly; a test holds it to that.
 
+mod accelerator;
 mod blob;
 mod costs;
 mod error;
 mod host;
 mod image;
+mod jobs;
 mod log;
 mod picorv32;
 mod process;
@@ -33,9 +38,11 @@ use std::time::Duration;
 
 use crate::bus::{MEMORIES, MemoryTiming, Tally};
 
+pub use xylem_firmware::accelerated::{Accelerated, PARTS, Part, PartReport};
 pub use xylem_firmware::animation::FrameReport;
 pub use xylem_firmware::report::{OUTPUTS, Output, Report, STAGES};
 
+pub use accelerator::AcceleratorConfig;
 pub use blob::{Motion, SceneBlob};
 pub use costs::{Costs, Step};
 pub use error::SocError;
@@ -103,12 +110,25 @@ pub struct Options {
     /// What external memory takes beyond the cycle of its answer, on [`Engine::Sim`] only. The core
     /// waits for every access to its end; cycles are the core's.
     pub memory: MemoryTiming,
+    /// The accelerator beside the core: the cycle model on [`Engine::Sim`], the RTL on
+    /// [`Engine::PicoRv32`].
+    pub accelerator: Option<Beside>,
+}
+
+/// An accelerator beside the core, on a memory port of its own.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Beside {
+    /// Which one.
+    pub config: AcceleratorConfig,
+    /// Cycles from a read at its memory port to the answer, at least 1. Lines follow one another in
+    /// every cycle.
+    pub latency: u32,
 }
 
 impl Default for Options {
-    /// Two minutes, and memory that answers at once.
+    /// Two minutes, memory that answers at once, and no accelerator.
     fn default() -> Self {
-        Self { time: Duration::from_secs(120), memory: MEMORIES[0] }
+        Self { time: Duration::from_secs(120), memory: MEMORIES[0], accelerator: None }
     }
 }
 
@@ -123,6 +143,8 @@ pub struct Outcome {
     pub report: Report,
     /// What it reported of each frame, if the scene is animated.
     pub frames: Vec<FrameReport>,
+    /// What it reported of the accelerator, if the scene says that there is one.
+    pub accelerated: Option<Accelerated>,
     /// Instructions from reset to power-off, where the engine counts them.
     pub instructions: Option<u64>,
     /// Cycles from reset to power-off, where the engine counts them.
@@ -169,11 +191,15 @@ pub fn run(
         End::TimeOut(after) => return Err(SocError::TimeOut { engine, after, log }),
     }
     let frames = log::take_frames(&mut log);
+    let accelerated = log::take_accelerated(&mut log);
     let Some(report) = log::take_report(&mut log) else {
         return Err(SocError::NoReport { engine, log });
     };
+    if scene.accelerator && accelerated.is_none() {
+        return Err(SocError::NoReport { engine, log });
+    }
     let Ran { instructions, cycles, external, time, .. } = ran;
-    Ok(Outcome { engine, log, report, frames, instructions, cycles, external, time })
+    Ok(Outcome { engine, log, report, frames, accelerated, instructions, cycles, external, time })
 }
 
 /// Where `tests/firmware.sh build` leaves the program, or what `XYLEM_FIRMWARE` names.

@@ -33,6 +33,9 @@ pub(super) fn check() -> Result<(), SocError> {
 
 /// Runs a program until it powers off, crashes or exceeds the limits.
 pub(super) fn run(image: &Image, blob: &[u8], options: &Options) -> Result<Ran, SocError> {
+    if options.accelerator.is_some() {
+        return Err(SocError::NoAccelerator { engine: Engine::PicoRv32 });
+    }
     let bench = build()?;
     let folder = process::Folder::new("picorv32")?;
     let local = folder.write("local.bin", &image.local_memory())?;

@@ -27,6 +27,9 @@ pub(super) fn check() -> Result<(), SocError> {
 /// catch by itself is a time-out here.
 pub(super) fn run(elf: &Path, blob: &[u8], options: &Options) -> Result<Ran, SocError> {
     check()?;
+    if options.accelerator.is_some() {
+        return Err(SocError::NoAccelerator { engine: Engine::Qemu });
+    }
     let folder = process::Folder::new("qemu")?;
     let blob = folder.write("scene.blob", blob)?;
     let mut command = Command::new(QEMU);

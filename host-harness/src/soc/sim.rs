@@ -5,8 +5,11 @@ use std::time::Instant;
 
 use rvsim::{Clock, CpuError, CpuState, Interp, Memory, MemoryAccess, Op};
 use xylem_core::mem::{Bus, ByteAddr, Region};
-use xylem_firmware::map::{EXTERNAL, LOCAL, POWER_OFF, UART, UART_READY, UART_STATUS};
+use xylem_firmware::map::{
+    ACCELERATOR, ACCELERATOR_INTERRUPT, EXTERNAL, LOCAL, POWER_OFF, UART, UART_READY, UART_STATUS,
+};
 
+use super::accelerator::Accelerator;
 use super::host::external_memory;
 use super::{Costs, End, Image, Options, Ran, SocError, Step, power_off};
 use crate::bus::{FlatMemory, MemoryError, MemoryTiming, Tally};
@@ -26,6 +29,11 @@ pub(super) fn run(
             timing: options.memory,
             tally: Tally::default(),
         },
+        accelerator: options
+            .accelerator
+            .map(|beside| Accelerator::new(beside.config, beside.latency, EXTERNAL.base.0)),
+        now: 0,
+        register_cycles: 0,
         uart: Vec::new(),
         power: None,
         refused: None,
@@ -38,14 +46,20 @@ pub(super) fn run(
         let bytes = space.instruction_bytes(pc);
         clock.cycles += u64::from(costs.fetch(pc, bytes));
         let waited = space.external.tally.millicycles;
+        (space.now, space.register_cycles) = (clock.cycles, 0);
         match Interp::new(&mut state, &mut space, &mut clock).step() {
             Ok(op) => {
                 let wait = (space.external.tally.millicycles - waited).div_ceil(1000);
                 let following_bytes = space.instruction_bytes(pc.wrapping_add(bytes));
                 let step = Step { op, pc, bytes, following_bytes, next: state.pc };
-                clock.cycles += u64::from(costs.of(&step)) + wait;
+                clock.cycles += u64::from(costs.of(&step)) + wait + space.register_cycles;
             }
             Err((error, op)) => break End::Crash(crash(error, op, pc, space.refused)),
+        }
+        if let Some(accelerator) = &mut space.accelerator
+            && accelerator.due() <= clock.cycles
+        {
+            accelerator.advance(clock.cycles, &mut space.external.memory);
         }
         if let Some(word) = space.power {
             break power_off(word);
@@ -142,6 +156,11 @@ struct Space {
     local: Vec<u8>,
     protected_end: u32,
     external: External,
+    accelerator: Option<Accelerator>,
+    /// The cycle in which the instruction under way was fetched.
+    now: u64,
+    /// What it waits for registers beyond the cycles of its class.
+    register_cycles: u64,
     uart: Vec<u8>,
     power: Option<u32>,
     refused: Option<Refused>,
@@ -210,6 +229,10 @@ impl Space {
                 (POWER_OFF, 4) => {
                     self.power = Some(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))
                 }
+                _ if within(addr, ACCELERATOR) && size == 4 => {
+                    let value = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+                    self.write_register(addr - ACCELERATOR.base.0, value);
+                }
                 _ if within(addr, EXTERNAL) => {
                     return self.external.write(ByteAddr(addr), bytes).is_ok();
                 }
@@ -219,6 +242,12 @@ impl Space {
         }
         match (addr, size) {
             (UART_STATUS, 1) => bytes[0] = UART_READY,
+            (ACCELERATOR_INTERRUPT, 4) => {
+                bytes[0] = u8::from(self.accelerator.as_ref().is_some_and(Accelerator::interrupt));
+            }
+            _ if within(addr, ACCELERATOR) && size == 4 => {
+                bytes.copy_from_slice(&self.read_register(addr - ACCELERATOR.base.0).to_le_bytes());
+            }
             _ if within(addr, EXTERNAL) => {
                 if self.external.read(ByteAddr(addr), bytes).is_err() {
                     return false;
@@ -229,6 +258,25 @@ impl Space {
         Memory::access(bytes, 0, access)
     }
 }
+
+impl Space {
+    /// A register of the accelerator; 0 where there is none.
+    fn read_register(&mut self, offset: u32) -> u32 {
+        let Some(accelerator) = &self.accelerator else { return 0 };
+        self.register_cycles += REGISTER_CYCLES;
+        accelerator.read(offset, self.now)
+    }
+
+    /// Writes a register of the accelerator; nothing where there is none.
+    fn write_register(&mut self, offset: u32, value: u32) {
+        let Some(accelerator) = &mut self.accelerator else { return };
+        self.register_cycles += REGISTER_CYCLES;
+        accelerator.write(offset, value, self.now, &mut self.external.memory);
+    }
+}
+
+/// What an access over AXI4-Lite takes beyond one to memory.
+const REGISTER_CYCLES: u64 = 2;
 
 #[cfg(test)]
 mod tests {
