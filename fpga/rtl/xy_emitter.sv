@@ -16,8 +16,8 @@
 //             item_valid_i low, that none does, and stays. A primitive is taken in the cycle of the first
 //             operation that it causes.
 //             node, entry: valid/ready. A node and an entry that one primitive causes leave in one cycle,
-//             or neither does: node_valid_o and entry_valid_o look at the other channel's ready. A ready
-//             must not fall while something is offered.
+//             or neither does: node_valid_o and entry_valid_o look at the other channel's ready. entry_ready_i
+//             must not fall while something is offered; with node_ready_i, entry_valid_o falls too.
 //             left_o and right_o are the node's children, valid with node_o.
 //             done_o is high from the cycle after the last node on, with the root and the counts.
 //             clear_i: the state after reset, in the next cycle.
@@ -275,7 +275,8 @@ module xy_emitter #(
       node_valid_o && !node_ready_i |=> node_valid_o && $stable(node_o));
   a_entry_stays :
   assert property (@(posedge clk_i) disable iff (!rst_ni || clear_i)
-      entry_valid_o && !entry_ready_i |=> entry_valid_o && $stable(entry_o));
+      entry_valid_o && !entry_ready_i
+      |=> !node_ready_i || (entry_valid_o && $stable(entry_o)));
 `endif
 
 endmodule

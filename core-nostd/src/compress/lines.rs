@@ -7,7 +7,7 @@ use crate::mem::{Bus, Region};
 use crate::probe::{Probe, Stage};
 
 /// Bytes of a line: the least that memory is read or written by (P3 §5.2).
-const LINE: u32 = 64;
+pub(super) const LINE: u32 = 64;
 
 /// The most lines that can be held.
 pub const MAX_LINES: usize = 64;

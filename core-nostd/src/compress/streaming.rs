@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use super::Placement;
-use super::lines::{LineBuffer, MAX_LINES};
+use super::lines::{LINE, LineBuffer, MAX_LINES};
 use super::repair::{Repair, backtrack};
 use super::treelet::{Below, HeldNode, MAX_TREELET_DEPTH, Place, Treelet};
 use crate::emit::MAX_DEPTH;
@@ -321,6 +321,11 @@ impl<'a> Compressor<'a> {
         probe.compress_node();
         if place == Place::Next {
             self.written += 1;
+            let ends_line = offset / LINE < (offset + len) / LINE;
+            if self.compression.repairs == Repairs::InMemory && ends_line {
+                // Nothing more comes for it.
+                self.lines.release(bus, offset, 1, probe)?;
+            }
         }
         if at > 1 {
             let (parent, side) = (&mut treelet.nodes[at / 2], at % 2);

@@ -65,9 +65,15 @@ pub fn items(random: &mut Random, code_bits: u32) -> Vec<Item> {
     if random.below(6) > 0 {
         codes.sort_unstable();
     }
-    let mut corner = || IVec3::from_array([0; 3].map(|_| random.bits() as i32 >> 8));
+    let near = random.below(2) == 0;
     let mut item = |code| {
-        let (a, b) = (corner(), corner());
+        let mut corner = || match near {
+            // Where the code is, as far as it says.
+            true => cell(code) + IVec3::from_array([0; 3].map(|_| random.bits() as i32 >> 22)),
+            false => IVec3::from_array([0; 3].map(|_| random.bits() as i32 >> 8)),
+        };
+        let edge = IVec3::splat(1 << 23);
+        let [a, b] = [corner(), corner()].map(|c| c.clamp(-edge, edge - 1));
         Item { code, bounds: Aabb::new(a.min(b), a.max(b)), reference: 0 }
     };
     let mut items: Vec<Item> = codes.into_iter().map(&mut item).collect();
@@ -75,6 +81,15 @@ pub fn items(random: &mut Random, code_bits: u32) -> Vec<Item> {
         item.reference = random.bits() as u32 >> 1;
     }
     items
+}
+
+/// The lowest corner of the cell of a 63-bit code.
+fn cell(code: u64) -> IVec3 {
+    let axis = |axis: u32| {
+        let bit = |i: u32| ((code >> (3 * i + axis) & 1) as i32) << (i + 3);
+        (0..21).map(bit).sum::<i32>() - (1 << 23)
+    };
+    IVec3::new(axis(0), axis(1), axis(2))
 }
 
 /// What a run without a mismatch amounts to.
@@ -169,13 +184,13 @@ impl Tree<'_> {
     ) -> Result<(), Stop> {
         let mut model = EmitterUnit::new(self.max_leaf);
         let mut items = self.items.iter().peekable();
-        let (mut offered, mut node_ready, mut entry_ready) = (false, false, false);
+        let (mut offered, mut entry_ready) = (false, false);
         bench.rtl.set(pins.max_leaf_i, self.max_leaf);
         let mut after = 0;
         for cycle in 1.. {
             // What is offered stays, and so does a ready while there is something to be taken.
             offered |= random.below(4) >= self.pause;
-            node_ready |= random.below(4) >= self.stall;
+            let node_ready = random.below(4) >= self.stall;
             entry_ready |= random.below(4) >= self.stall;
             let item = if offered { items.peek().copied() } else { None };
             let end = offered && items.peek().is_none();
@@ -225,10 +240,8 @@ impl Tree<'_> {
                 items.next();
                 offered = false;
             }
-            node_ready &= outputs.node.is_none();
             entry_ready &= outputs.entry.is_none();
             if node.is_none() && entry.is_none() {
-                node_ready &= random.below(8) > 0;
                 entry_ready &= random.below(8) > 0;
             }
             if clear {

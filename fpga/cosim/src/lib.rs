@@ -8,7 +8,7 @@
 //! - [`random`] draws what units are fed, from a seed.
 //! - [`bench`] clocks a unit and holds its outputs against a model's; [`types`] are its pins' bytes.
 //! - One module a unit says what it is fed and compares every output of every cycle: [`heap`],
-//!   [`mergesort`], [`emitter`], [`emit`], [`context`], [`traverser`].
+//!   [`mergesort`], [`emitter`], [`emit`], [`compress`], [`context`], [`traverser`].
 //!
 //! The RTL is data to this crate, not part of its build: `cargo build` needs no Verilator.
 
@@ -16,6 +16,7 @@
 
 pub mod axi;
 pub mod bench;
+pub mod compress;
 pub mod context;
 pub mod emit;
 pub mod emitter;

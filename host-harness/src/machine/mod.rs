@@ -5,10 +5,11 @@
 //! in every output of every cycle.
 //!
 //! [`mergetree::build`] is the whole builder: [`reader`], [`sorter`], [`multimerge`] around [`heap`],
-//! [`emit`] and [`writer`], behind a [`port`] to the memory model of [`crate::dram`]. Emitters and
+//! [`emit`] or [`compress`], and [`writer`], behind a [`port`] to the memory model of [`crate::dram`]. Emitters and
 //! top-level builders without a unit of their own run from [`tape`]. [`traverser`] traces rays.
 
 pub mod activity;
+pub mod compress;
 pub mod compressor;
 pub mod config;
 pub mod emit;

@@ -4,15 +4,17 @@
 use xylem_core::emit::EmitterKind;
 use xylem_core::error::BuildError;
 use xylem_core::node::Tree;
-use xylem_core::pipeline::{BuildConfig, TreeStream};
+use xylem_core::pipeline::{BuildConfig, BuildRegions, TreeStream};
 use xylem_core::probe::Stage;
 use xylem_core::sort::Item;
 use xylem_core::toplevel::TopLevel;
 
+use super::compress::CompressUnit;
 use super::compressor::CompressorEvents;
+use super::compressor::unit::CompressorUnit;
 use super::emit::{Did, EmitUnit};
 use super::player::Player;
-use super::port::{Access, PortError};
+use super::port::{Access, LINE_BYTES, PortError};
 use super::tape::{OutOfRange, Tape};
 use super::toplevel::TopEvents;
 use super::writer::Writer;
@@ -24,6 +26,8 @@ use crate::bus::Traffic;
 pub(super) enum Tail<'a> {
     /// The hierarchy emitter, modelled unit by unit.
     Emitter(EmitUnit),
+    /// The hierarchy emitter with the streaming compressor, likewise.
+    Compress(CompressUnit),
     /// Any emitter of the core, played from tape.
     Tape(TapeUnit<'a>),
     /// No emitter: whoever watches the sorter.
@@ -69,12 +73,21 @@ pub(super) struct TapeUnit<'a> {
 pub(super) const PORTS: usize = 2;
 
 impl Tail<'_> {
-    /// Whether the plain hierarchy emitter is all that `config` asks for.
-    pub fn is_plain(config: &BuildConfig) -> bool {
-        config.emitter == EmitterKind::Lbvh
+    /// The units of the emitter that `config` asks for, if there are any.
+    pub fn units(config: &BuildConfig, regions: &BuildRegions) -> Option<Self> {
+        let plain = config.emitter == EmitterKind::Lbvh
             && config.top_level == TopLevel::None
             && config.join_leaves == 0
-            && config.compression.is_none()
+            && config.sharing.is_none()
+            && !config.collapse;
+        match config.compression {
+            _ if !plain => None,
+            None => Some(Self::Emitter(EmitUnit::new(config, regions))),
+            Some(compression) if CompressorUnit::has(&compression) => {
+                Some(Self::Compress(CompressUnit::new(config, compression, regions)))
+            }
+            Some(_) => None,
+        }
     }
 
     /// Runs one cycle in which `item` is offered; with `end`, no item follows.
@@ -89,6 +102,7 @@ impl Tail<'_> {
     ) -> Result<Did, BuildError<PortError>> {
         match self {
             Self::Emitter(unit) => unit.tick(item, end, image),
+            Self::Compress(unit) => unit.tick(item, end, image),
             Self::Tape(unit) => unit.tick(item, end, image),
             Self::Sink(sink) => {
                 sink.ended |= end;
@@ -102,6 +116,7 @@ impl Tail<'_> {
     pub fn is_finished(&self) -> bool {
         match self {
             Self::Emitter(unit) => unit.is_finished(),
+            Self::Compress(unit) => unit.is_finished(),
             Self::Tape(unit) => unit.tree.is_some() && unit.player.is_done(),
             Self::Sink(sink) => sink.ended,
         }
@@ -111,6 +126,7 @@ impl Tail<'_> {
     pub fn tree(&self) -> Option<&Tree> {
         match self {
             Self::Emitter(unit) => unit.tree(),
+            Self::Compress(unit) => unit.tree(),
             Self::Tape(unit) => unit.tree.as_ref(),
             Self::Sink(_) => None,
         }
@@ -124,6 +140,7 @@ impl Tail<'_> {
     fn writers(&self) -> [Option<&Writer>; PORTS] {
         match self {
             Self::Emitter(unit) => unit.writers().map(Some),
+            Self::Compress(unit) => [None, Some(unit.leaf_table())],
             Self::Tape(_) | Self::Sink(_) => [None, None],
         }
     }
@@ -132,6 +149,11 @@ impl Tail<'_> {
     pub fn offer(&self, port: usize) -> Option<Access> {
         match self {
             Self::Tape(unit) if port == 0 => unit.player.write(),
+            Self::Compress(unit) if port == 0 => {
+                let line = unit.compressor().write()?;
+                let addr = line.addr / LINE_BYTES * LINE_BYTES;
+                Some(Access { addr, write: true, tag: 0 })
+            }
             _ => self.writers()[port]?.offer(),
         }
     }
@@ -147,37 +169,50 @@ impl Tail<'_> {
     pub fn taken(&mut self, port: usize) {
         match (self, port) {
             (Self::Emitter(unit), _) => unit.taken(port),
+            (Self::Compress(unit), 0) => unit.compressor_mut().write_taken(),
+            (Self::Compress(unit), _) => unit.leaf_taken(),
             (Self::Tape(unit), _) => unit.player.write_taken(),
             (Self::Sink(_), _) => {}
         }
     }
 
-    /// Ends the cycle of its writers.
-    pub fn tick_writers(&mut self, image: &mut [u8]) {
-        if let Self::Emitter(unit) = self {
-            unit.tick_writers(image);
+    /// Ends the cycle of what stands at the memory port.
+    ///
+    /// # Errors
+    /// [`BuildError`] of the compressor.
+    pub fn end_cycle(&mut self, image: &mut [u8]) -> Result<(), BuildError<PortError>> {
+        match self {
+            Self::Emitter(unit) => unit.tick_writers(image),
+            Self::Compress(unit) => unit.end_cycle(image)?,
+            Self::Tape(_) | Self::Sink(_) => {}
         }
+        Ok(())
     }
 
     /// The line that it wants to read.
     pub fn read(&self) -> Option<u32> {
         match self {
             Self::Emitter(_) | Self::Sink(_) => None,
+            Self::Compress(unit) => unit.compressor().read(),
             Self::Tape(unit) => unit.player.read(),
         }
     }
 
     /// The line offered to read was taken.
     pub fn read_taken(&mut self, addr: u32) {
-        if let Self::Tape(unit) = self {
-            unit.player.read_taken(addr);
+        match self {
+            Self::Emitter(_) | Self::Sink(_) => {}
+            Self::Compress(unit) => unit.compressor_mut().read_taken(),
+            Self::Tape(unit) => unit.player.read_taken(addr),
         }
     }
 
     /// A line that it asked for has come.
     pub fn arrive(&mut self, addr: u32) {
-        if let Self::Tape(unit) = self {
-            unit.player.arrive(addr);
+        match self {
+            Self::Emitter(_) | Self::Sink(_) => {}
+            Self::Compress(unit) => unit.compressor_mut().arrive(),
+            Self::Tape(unit) => unit.player.arrive(addr),
         }
     }
 
@@ -185,6 +220,7 @@ impl Tail<'_> {
     pub fn compressor_events(&self) -> CompressorEvents {
         match self {
             Self::Emitter(_) | Self::Sink(_) => CompressorEvents::default(),
+            Self::Compress(unit) => unit.compressor().events(),
             Self::Tape(unit) => unit.tape.compressor_events(),
         }
     }
@@ -192,7 +228,7 @@ impl Tail<'_> {
     /// What the top-level builder did.
     pub fn top_events(&self) -> TopEvents {
         match self {
-            Self::Emitter(_) | Self::Sink(_) => TopEvents::default(),
+            Self::Emitter(_) | Self::Compress(_) | Self::Sink(_) => TopEvents::default(),
             Self::Tape(unit) => unit.tape.top_events(),
         }
     }
@@ -201,6 +237,10 @@ impl Tail<'_> {
     pub fn count(&self, traffic: &mut Traffic) {
         match self {
             Self::Emitter(unit) => unit.writers().iter().for_each(|writer| writer.count(traffic)),
+            Self::Compress(unit) => {
+                unit.compressor().count(traffic);
+                unit.leaf_table().count(traffic);
+            }
             Self::Tape(unit) => unit.tape.count(traffic),
             Self::Sink(_) => {}
         }

@@ -55,7 +55,7 @@ impl<P: Port> Machine<'_, P> {
         self.write();
         self.reader.tick();
         self.merge.tick_requests();
-        self.tail.tick_writers(self.image);
+        self.tail.end_cycle(self.image)?;
         if let Some(writer) = &mut self.runs {
             writer.tick(self.image);
         }

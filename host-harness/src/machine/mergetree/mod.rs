@@ -30,7 +30,6 @@ use self::control::Machine;
 use super::activity::Activity;
 use super::compressor::CompressorEvents;
 use super::config::{MachineConfig, MachineConfigError};
-use super::emit::EmitUnit;
 use super::port::{LINE_BYTES, Port, PortError};
 use super::tail::{Sink, Tail, TapeUnit};
 use super::tape::Tape;
@@ -108,8 +107,8 @@ pub fn build<P: Port>(
     let mut held = config.held_nodes();
     let mut storage = TreeStorage { top, held: &mut held, open: &mut [] };
     let passes = config.further_passes(count);
-    let tail = if Tail::is_plain(&build) {
-        Tail::Emitter(EmitUnit::new(&build, regions))
+    let tail = if let Some(units) = Tail::units(&build, regions) {
+        units
     } else {
         // The last merge reads from one region of runs, so the other one is free.
         let lists = match passes % 2 {

@@ -1,5 +1,7 @@
 //! The streaming compressor: what it did, and how long that takes.
 
+pub mod unit;
+
 use xylem_core::emit::MAX_DEPTH;
 use xylem_core::probe::Probe;
 

@@ -1,0 +1,16 @@
+xy_pkg.sv
+xy_ram.sv
+xy_msb.sv
+xy_union.sv
+xy_stack.sv
+xy_context.sv
+xy_encode.sv
+xy_decode.sv
+xy_child.sv
+xy_decoded.sv
+xy_mismatch.sv
+xy_encoder.sv
+xy_recoder.sv
+xy_pair_writer.sv
+xy_backtrack.sv
+xy_compressor.sv
