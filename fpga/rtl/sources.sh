@@ -12,7 +12,7 @@ rtl_files() {
     local file
     while read -r file; do
         RTL_FILES+=("$RTL_DIR/$file")
-    done < <(sed -n '/^xy_/p' "$RTL_DIR/$1.f")
+    done < <(sed -n '/xy_.*\.sv$/p' "$RTL_DIR/$1.f")
 }
 
 rtl_files heap

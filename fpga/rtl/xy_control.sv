@@ -8,15 +8,16 @@
 // Check       compares every two regions, a pair a cycle: a job whose regions overlap or pass the end
 //             of memory is refused before anything is touched, like one with parameters that the
 //             capabilities rule out (config_ok_i).
-// Run         start_o is high for the first cycle. From an error on, clear_o holds all units in their
-//             state after reset; the memory port sends what it has taken and waits for its responses.
-// Drain       ends when idle_i says that nothing is under way. If nothing moves for TimeOut cycles the
+//             Then it waits until the unit is ready, which takes some cycles after a job.
+// Run         start_o is high for the first cycle.
+// Drain       clear_o puts all units back into their state after reset; the memory port sends what it has
+//             taken and waits for its responses. Drain ends when idle_i says that nothing is under way. If nothing moves for TimeOut cycles the
 //             job ends all the same, with bus_timeout; what is missing may come while idle, where it
 //             is ignored. A start before that is refused with bus_timeout, so no response ever meets
 //             a job that it does not belong to.
 // Errors      the first one counts; of those in one cycle: guard, memory, unit, abort.
-// Latency     a job without error takes CheckCycles cycles before its unit starts and one after the
-//             port is quiet.
+// Latency     a job without error takes 29 cycles (8 regions) before its unit starts, if that is ready, and
+//             one after the port is quiet.
 module xy_control #(
     parameter int unsigned Regions = 8,
     parameter int unsigned TimeOut = 1 << 20  // cycles without movement at the memory port
@@ -48,6 +49,7 @@ module xy_control #(
     output logic                       start_o,
     output logic                       clear_o,
     output logic                       running_o,
+    input  logic                       unit_ready_i,
     input  logic                       unit_done_i,
     input  logic [3:0]                 unit_stage_i,
     input  logic                       unit_error_i,
@@ -186,7 +188,7 @@ module xy_control #(
       end
       Check: begin
         if (soft_reset_i || error) state_d = Drain;
-        else if (last_pair) state_d = Run;
+        else if (last_pair && unit_ready_i) state_d = Run;
       end
       Run: begin
         if (soft_reset_i || error || unit_done_i) state_d = Drain;
@@ -225,8 +227,8 @@ module xy_control #(
       else if (!timed_out) timer_q <= timer_q + 1'b1;
 
       if (state_q == Check) begin
-        other_q <= other_q + 1'b1;
-        if (other_q == RegionWidth'(Regions - 1)) begin
+        if (!last_pair) other_q <= other_q + 1'b1;
+        if (!last_pair && (other_q == RegionWidth'(Regions - 1))) begin
           one_q   <= one_q + 1'b1;
           other_q <= one_q + RegionWidth'(2);
         end
@@ -267,7 +269,7 @@ module xy_control #(
 
   assign start_o   = first_run_q && (state_q == Run);
   assign running_o = state_q == Run;
-  assign clear_o   = state_q != Run;
+  assign clear_o   = state_q == Drain;
 
   assign busy_o = state_q != Idle;
   assign done_o = done_q;
@@ -294,7 +296,7 @@ module xy_control #(
   assign clear_counters_o = soft_reset_i;
 
 `ifndef SYNTHESIS
-  // Units may touch memory only while they run.
+  // Units are started in their state after reset, and only while they may touch memory.
   a_start_is_running :
   assert property (@(posedge clk_i) disable iff (!rst_ni) start_o |-> running_o && !clear_o);
 

@@ -43,7 +43,7 @@ module xy_csr #(
     input  logic                            forget_i,
     input  logic                            result_valid_i,
     input  logic                            root_valid_i,
-    input  xy_pkg::root_t                   root_i,
+    input  xy_pkg::subtree_t                  root_i,
     input  xy_pkg::result_t                 result_i,
     input  logic [xy_pkg::Events-1:0][63:0] count_i
 );
@@ -105,8 +105,8 @@ module xy_csr #(
   assign job_o.root.box.hi.x  = hwif_out.root.hi_x.value.value[23:0];
   assign job_o.root.box.hi.y  = hwif_out.root.hi_y.value.value[23:0];
   assign job_o.root.box.hi.z  = hwif_out.root.hi_z.value.value[23:0];
-  assign job_o.root.index     = hwif_out.root.pointer.index.value;
-  assign job_o.root.leaf_size = hwif_out.root.leaf_size.count.value;
+  assign job_o.root.index    = hwif_out.root.pointer.index.value;
+  assign job_o.root.count    = hwif_out.root.leaf_size.count.value;
 
   assign base_o = {
     hwif_out.region.hits.base.line.value,       hwif_out.region.rays.base.line.value,
@@ -150,7 +150,7 @@ module xy_csr #(
   assign hwif_in.result.hits.value.next      = result_q.hits;
 
   function automatic logic [31:0] extend(logic [xy_pkg::CoordWidth-1:0] c);
-    return {{(32 - xy_pkg::CoordWidth){c[xy_pkg::CoordWidth-1]}}, c};
+    extend = {{(32 - xy_pkg::CoordWidth){c[xy_pkg::CoordWidth-1]}}, c};
   endfunction
 
   assign hwif_in.root.lo_x.value.next      = extend(root_i.box.lo.x);
@@ -160,7 +160,7 @@ module xy_csr #(
   assign hwif_in.root.hi_y.value.next      = extend(root_i.box.hi.y);
   assign hwif_in.root.hi_z.value.next      = extend(root_i.box.hi.z);
   assign hwif_in.root.pointer.index.next   = root_i.index;
-  assign hwif_in.root.leaf_size.count.next = root_i.leaf_size;
+  assign hwif_in.root.leaf_size.count.next = root_i.count;
   assign hwif_in.root.lo_x.value.we        = root_valid_i;
   assign hwif_in.root.lo_y.value.we        = root_valid_i;
   assign hwif_in.root.lo_z.value.we        = root_valid_i;

@@ -35,6 +35,9 @@ module xy_emit #(
     input  logic [CodeWidth-1:0] item_code_i,
     input  logic                 end_i,
 
+    output logic                 node_o,   // a node leaves the emitter
+    output logic                 leaf_o,   // the last entry of a leaf does
+
     output logic                 node_wr_valid_o,
     input  logic                 node_wr_ready_i,
     output logic [31:0]          node_wr_addr_o,
@@ -90,6 +93,9 @@ module xy_emit #(
       .leaf_count_o,
       .entry_count_o
   );
+
+  assign node_o = node_valid && node_ready;
+  assign leaf_o = entry_valid && entry_ready && entry[31];
 
   xy_burst_writer #(
       .RecordBits(512),

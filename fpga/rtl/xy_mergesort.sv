@@ -17,8 +17,8 @@
 //
 // Handshake   start_i takes all configuration, which must stay; ready_o must be high. Regions start on a
 //             line.
-//             rd, rsp, wr: the line ports. What is written must be there for reads that come after empty
-//             writes: runs are read again.
+//             rd, rsp, wr: the line ports. Runs are read again, once quiet_i says that what was written is
+//             there.
 //             item: valid/ready; end_o rises when the last record has left, and stays until the next start.
 //             primitive_error_o: input record error_index_o is none; no more come.
 //             region_error_o: a run would have left its region; nothing was written outside.
@@ -50,7 +50,13 @@ module xy_mergesort #(
     input  logic [31:0]          runs_a_size_i,
     input  logic [31:0]          runs_b_base_i,
     input  logic [31:0]          runs_b_size_i,
+    input  logic                 quiet_i,     // every line written can be read back
+    output logic [1:0]           stage_o,     // 0: runs are made, 1: merged, 2: the last merge
+    output logic                 source_b_o,  // runs are read from region B, not A
+    output logic                 target_b_o,  // runs are written to region B, not A
+    output logic                 replace_o,   // an operation of the merge's heap
 
+    output logic                 rd_input_o,  // with rd: a line of primitives, not of runs
     output logic                 rd_valid_o,
     input  logic                 rd_ready_i,
     output logic [31:0]          rd_addr_o,
@@ -194,10 +200,12 @@ module xy_mergesort #(
       .item_valid_o (merge_valid),
       .item_ready_i (merge_ready),
       .item_o,
-      .item_code_o
+      .item_code_o,
+      .replace_o
   );
 
   // The input has been read before runs are.
+  assign rd_input_o = reader_rd_valid;
   assign rd_valid_o = reader_rd_valid || merge_rd_valid;
   assign rd_addr_o  = reader_rd_valid ? reader_rd_addr : merge_rd_addr;
   assign rd_tag_o   = reader_rd_valid
@@ -235,6 +243,21 @@ module xy_mergesort #(
   assign item_valid_o = merge_valid && (state_q == Last);
   assign end_o        = (state_q == Last) && merge_idle;
   assign ready_o      = (state_q == Idle || state_q == Last) && merge_idle;
+
+  // The target stays until the writer is started anew, while the source changes with what was written.
+  logic target_b_q;
+  always_ff @(posedge clk_i) if (writer_start) target_b_q <= !source_b_d;
+
+  assign target_b_o = target_b_q;
+  assign source_b_o = source_b_q;
+
+  always_comb begin
+    unique case (state_q)
+      Runs: stage_o = 2'd1;
+      Last: stage_o = 2'd2;
+      default: stage_o = 2'd0;
+    endcase
+  end
 
   // --- Control ---
 
@@ -296,7 +319,7 @@ module xy_mergesort #(
         end
       end
       Flush: begin
-        if (writer_empty) begin
+        if (writer_empty && quiet_i) begin
           merge_start = 1'b1;
           first_d     = '0;
           left_d      = count;

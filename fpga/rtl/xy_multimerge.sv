@@ -65,7 +65,9 @@ module xy_multimerge #(
     output logic                  item_valid_o,
     input  logic                  item_ready_i,
     output xy_pkg::record_t       item_o,
-    output logic [CodeWidth-1:0]  item_code_o
+    output logic [CodeWidth-1:0]  item_code_o,
+
+    output logic                  replace_o  // the heap's top is replaced
 );
 
   localparam int unsigned RecordWidth = xy_pkg::RecordWidth;
@@ -197,6 +199,8 @@ module xy_multimerge #(
     else if (inserting_q) op = xy_pkg::HeapInsert;
     else if (last) op = xy_pkg::HeapRemove;
   end
+
+  assign replace_o = output_record && !last;
 
   logic heap_error, heap_full;
   xy_heap #(

@@ -23,6 +23,7 @@ package xy_pkg;
     logic [31:0] prim;
     box_t        box;
   } record_t;
+
   localparam int unsigned RecordWidth = 32 + 6 * CoordWidth;
 
   // A finished part of a tree: its box and the pointer to it. count is the number of primitives in a
@@ -72,13 +73,6 @@ package xy_pkg;
   localparam int unsigned Regions     = 2 ** RegionWidth;  // in the order of xy_regs_pkg::region_id_e
   localparam int unsigned Events      = 10;                // event counters, in the order of the registers
 
-  // Where a tree starts: its box, and a node's index or the first entry of a leaf.
-  typedef struct packed {
-    box_t        box;
-    logic [31:0] index;
-    logic [7:0]  leaf_size;  // 0 for a node
-  } root_t;
-
   // What software asks for.
   typedef struct packed {
     logic [2:0]  kind;
@@ -94,7 +88,7 @@ package xy_pkg;
     logic [6:0]  morton_bits;
     logic [7:0]  leaf_size;
     logic [2:0]  treelet_depth;
-    root_t       root;
+    subtree_t    root;
   } job_t;
 
   // What the control tells.

@@ -14,6 +14,9 @@ use crate::rtl::{Pin, Rtl};
 /// Bytes of a line, as an index.
 const LINE: usize = LINE_BYTES as usize;
 
+/// Cycles for which memory is held in reset.
+const RESET_CYCLES: u32 = 1000;
+
 /// What goes wrong. Lines are counted from 0, reads and writes apart.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fault {
@@ -164,7 +167,11 @@ impl<P: Port> Slave<P> {
 
     /// Forgets all that is under way, as memory does that is reset together with the unit.
     pub fn reset(&mut self) {
-        while self.port.take().is_some() {}
+        // Longer than any of them is on its way.
+        for _ in 0..RESET_CYCLES {
+            self.port.tick();
+            while self.port.take().is_some() {}
+        }
         self.lost = None;
         self.failing.clear();
         self.answers.clear();

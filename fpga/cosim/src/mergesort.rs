@@ -341,7 +341,7 @@ impl Port for Wires<'_> {
 }
 
 pins!(Pins {
-    clear_i, start_i, wide_i, count_i, primitives_base_i, runs_a_base_i, runs_a_size_i, runs_b_base_i,
+    clear_i, start_i, wide_i, quiet_i, count_i, primitives_base_i, runs_a_base_i, runs_a_size_i, runs_b_base_i,
     runs_b_size_i, rd_ready_i, rsp_valid_i, rsp_tag_i, rsp_data_i, wr_ready_i, item_ready_i;
     ready_o, rd_valid_o, rd_addr_o, rd_tag_o, wr_valid_o, wr_addr_o, wr_data_o, wr_strb_o,
     item_valid_o, item_o, item_code_o, end_o, primitive_error_o, region_error_o, error_index_o,
@@ -438,6 +438,8 @@ impl MergeSortRtl {
         let (pins, rtl) = (&self.pins, &mut self.bench.rtl);
         let regions = &job.layout.build;
         rtl.set(pins.wide_i, job.machine.build.morton == MortonWidth::Bits63);
+        // This memory has a line when it has taken it.
+        rtl.set(pins.quiet_i, true);
         for (pin, value) in [
             (pins.count_i, job.count),
             (pins.primitives_base_i, regions.primitives.base.0),

@@ -145,6 +145,8 @@ pub fn unit(unit: &Unit<'_>, mutation: Option<Mutation>) -> Result<PathBuf, Cosi
             .args(["--top-module", unit.top, "--prefix", CLASS, "-Mdir", "../obj"])
             .args(&parameters);
         for (name, text) in &sources {
+            // Some lie in a folder of their own; their names differ all the same.
+            let name = Path::new(name).file_name().unwrap_or_default();
             write(&rtl.join(name), text)?;
             verilator.arg(name);
         }
