@@ -88,8 +88,10 @@ module xy_hit_writer (
     end
   end
 
-  always_ff @(posedge clk_i) begin
-    if (take) data_q[lane_q] <= word;
+  for (genvar i = 0; i < 8; i++) begin : gen_lane
+    always_ff @(posedge clk_i) begin
+      if (take && lane_q == 3'(i)) data_q[i] <= word;
+    end
   end
 
   assign wr_valid_o = full_q;

@@ -228,8 +228,11 @@ module xy_traverser #(
   assign issue_axis  = issue_child ? 2'(issue_step - 3'd3) : issue_step[1:0];
 
   // A 64-byte node's words pass by; a corner's coordinates are in the last three.
-  logic [63:0] before_q, long_before_q;
-  logic [31:0] low_corner, high_corner;
+  // An axis' coordinates: of a 64-byte node, of the root's box, and of a quantized child.
+  logic [63:0]     before_q, long_before_q;
+  logic [31:0]     low_corner, high_corner;
+  logic [Bits-1:0] root_low_corner, root_high_corner;
+  logic [5:0]      low_code, high_code;
   always_ff @(posedge clk_i) begin
     if (state_q == TestNode) begin
       before_q      <= data;
@@ -239,16 +242,25 @@ module xy_traverser #(
   always_comb begin
     unique case (issue_axis)
       2'd0: begin
-        low_corner  = before_q[31:0];
-        high_corner = data[63:32];
+        low_corner            = before_q[31:0];
+        high_corner           = data[63:32];
+        root_low_corner       = root_box_i.lo.x;
+        root_high_corner      = root_box_i.hi.x;
+        {high_code, low_code} = data[11:0];
       end
       2'd1: begin
-        low_corner  = long_before_q[63:32];
-        high_corner = data[31:0];
+        low_corner            = long_before_q[63:32];
+        high_corner           = data[31:0];
+        root_low_corner       = root_box_i.lo.y;
+        root_high_corner      = root_box_i.hi.y;
+        {high_code, low_code} = data[23:12];
       end
       default: begin
-        low_corner  = long_before_q[31:0];
-        high_corner = before_q[63:32];
+        low_corner            = long_before_q[31:0];
+        high_corner           = before_q[63:32];
+        root_low_corner       = root_box_i.lo.z;
+        root_high_corner      = root_box_i.hi.z;
+        {high_code, low_code} = data[35:24];
       end
     endcase
   end
@@ -266,15 +278,11 @@ module xy_traverser #(
         low_plane  = root_low[issue_axis];
         high_plane = root_high[issue_axis];
       end else begin
-        low_plane  = 25'(signed'(root_box_i.lo[Bits*issue_axis+:Bits]));
-        high_plane = 25'(signed'(root_box_i.hi[Bits*issue_axis+:Bits]));
+        low_plane  = 25'(signed'(root_low_corner));
+        high_plane = 25'(signed'(root_high_corner));
       end
     end
   end
-
-  logic [5:0] low_code, high_code;
-  assign low_code  = data[12*issue_axis+:6];
-  assign high_code = data[12*issue_axis+6+:6];
 
   xy_trace_pkg::state_t     state_row, issue_state, box_state;
   xy_trace_pkg::factors_t   near_factors, far_factors, factors_a, factors_b, box_a, box_b;

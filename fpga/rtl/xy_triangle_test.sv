@@ -252,10 +252,10 @@ module xy_triangle_test (
     if (n_q[SumWidth-1]) rounded_up = -{1'b0, quotient};
   end
 
-  logic        beyond_q;  // farther than any time
+  // One that does not fit has its highest bit set, and is farther than any time.
   logic [38:0] t_q;
   logic        in_interval, wins;
-  assign in_interval = !beyond_q && $signed(t_q) > 39'(signed'(t_min_i)) && $signed(t_q) <= 39'(signed'(t_max_i));
+  assign in_interval = $signed(t_q) > 39'(signed'(t_min_i)) && $signed(t_q) <= 39'(signed'(t_max_i));
   assign wins   = tie_wins_i || t_q != 39'(signed'(t_max_i));
 
   // --- Control ---
@@ -342,10 +342,7 @@ module xy_triangle_test (
       group_q <= GroupP;
       hit_q   <= 1'b0;
     end
-    if (state_q == DivideT && divided) begin
-      beyond_q <= quotient[37];
-      t_q      <= rounded_up;
-    end
+    if (state_q == DivideT && divided) t_q <= rounded_up;
     if (state_q == Decide) hit_q <= in_interval && wins;
     if (state_q == DivideU && divided) u_part_q <= quotient[30:0];
     if (state_q == DivideV && divided) v_part_q <= quotient[30:0];

@@ -2,13 +2,12 @@
 //! record.
 
 use xylem::machine::traverser::{TraverserConfig, TraverserError};
-use xylem_core::geom::Ray;
 use xylem_core::traverse::{Hit, Query};
 use xylem_cosim::random::Random;
 use xylem_cosim::tools_for;
+use xylem_cosim::traverser;
 use xylem_cosim::traverser::lockstep::{Pace, Stop, Summary, TraverserRtl};
-use xylem_cosim::traverser::scenes::{FORMATS, Set, expected};
-use xylem_cosim::traverser::{self};
+use xylem_cosim::traverser::scenes::{FORMATS, Set, damaged, expected};
 use xylem_cosim::verilate::Mutation;
 
 const PACES: [Pace; 3] = [
@@ -126,28 +125,8 @@ fn corrupt_memory_ends_in_an_error_and_nothing_foreign_is_touched() {
         let set = Set::new(name, 4, 5);
         for trial in 0..trials {
             let query = if trial % 4 == 0 { Query::Any } else { Query::Closest };
-            let (mut memory, mut job) = set.job(FORMATS[trial % 3].1, query);
-            let tree = job.scene.tree;
-            let regions = [
-                (tree.nodes.base, tree.node_count * tree.format.bytes()),
-                (tree.leaf_table.base, tree.entry_count * 4),
-                (job.scene.triangles.base, job.scene.triangle_count * 40),
-                (job.rays, job.ray_count * Ray::BYTES as u32),
-            ];
-            for _ in 0..1 + random.below(4) {
-                let (base, size) = regions[random.below(16).min(3) as usize % 4];
-                let at = base.0 as usize + random.below(size.max(1).into()) as usize;
-                memory.bytes_mut()[at] ^= 1 << random.below(8);
-            }
-            if random.below(8) == 0 {
-                job.scene.tree.node_count -= tree.node_count.min(1);
-            }
-            if random.below(8) == 0 {
-                job.scene.tree.entry_count -= 1;
-            }
-            if random.below(8) == 0 {
-                job.scene.triangle_count -= 1;
-            }
+            let (memory, job) = set.job(FORMATS[trial % 3].1, query);
+            let (mut memory, job) = damaged(memory, job, &mut random);
             let (records, error) = expected(&memory, &job);
             let summary = rtl
                 .run(&mut memory, &job, PACES[trial % 3], &mut random, None)

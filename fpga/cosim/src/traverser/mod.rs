@@ -2,6 +2,7 @@
 
 pub mod geometry;
 pub mod lockstep;
+pub mod parts;
 pub mod scenes;
 
 use std::path::PathBuf;

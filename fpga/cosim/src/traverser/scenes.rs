@@ -108,6 +108,32 @@ impl Set {
     }
 }
 
+/// A job with a few bits of its memory flipped, and at times one node, entry or triangle less than there are.
+pub fn damaged(
+    mut memory: FlatMemory,
+    mut job: TraverserJob,
+    random: &mut Random,
+) -> (FlatMemory, TraverserJob) {
+    let tree = job.scene.tree;
+    let regions = [
+        (tree.nodes.base, tree.node_count * tree.format.bytes()),
+        (tree.leaf_table.base, tree.entry_count * 4),
+        (job.scene.triangles.base, job.scene.triangle_count * 40),
+        (job.rays, job.ray_count * Ray::BYTES as u32),
+    ];
+    for _ in 0..1 + random.below(4) {
+        // Nodes, entries and triangles more often than rays, which end a job for less.
+        let (base, size) = regions[[0, 0, 0, 1, 1, 2, 2, 2, 3][random.below(9) as usize]];
+        let at = base.0 as usize + random.below(size.max(1).into()) as usize;
+        memory.bytes_mut()[at] ^= 1 << random.below(8);
+    }
+    let mut less = |count: &mut u32| *count -= u32::from(*count > 0 && random.below(8) == 0);
+    less(&mut job.scene.tree.node_count);
+    less(&mut job.scene.tree.entry_count);
+    less(&mut job.scene.triangle_count);
+    (memory, job)
+}
+
 /// The hit records that the core writes for a job until the first ray that it cannot trace, and whether there is
 /// one and what it says.
 pub fn expected(memory: &FlatMemory, job: &TraverserJob) -> (Vec<u8>, Option<String>) {
