@@ -2,12 +2,14 @@
 //
 // Registers stay as they are from a start until the next; everything else comes as it likes. That jobs
 // come to an end is told as a bound: while nothing moves at the memory port, the control is idle again
-// after the check, a time-out in which the units say nothing, and another in which memory does not.
+// after the check, a time-out in which the units say nothing, and another in which memory does not. Not
+// counted is the time that it waits for a unit to be ready.
 module fv_control (
     input logic        clk_i,
     input logic        start_i,
     input logic        abort_i,
     input logic        soft_reset_i,
+    input logic        unit_ready_i,
     input logic        unit_done_i,
     input logic [3:0]  unit_stage_i,
     input logic        unit_error_i,
@@ -71,6 +73,7 @@ module fv_control (
       .start_o             (start),
       .clear_o             (clear),
       .running_o           (running),
+      .unit_ready_i,
       .unit_done_i,
       .unit_stage_i,
       .unit_error_i,
@@ -105,6 +108,25 @@ module fv_control (
     end
   end
 
+  // --- What the control does ---
+
+  localparam logic [1:0] Idle = 2'd0, Check = 2'd1, Run = 2'd2, Drain = 2'd3;
+  (* hierconn *) logic [1:0] \u_control.state_q , \u_control.one_q , \u_control.other_q ;
+  (* hierconn *) logic       \u_control.resetting_q , \u_control.started_q , \u_control.first_run_q ;
+  (* hierconn *) logic [1:0] \u_control.timer_q ;
+  logic [1:0] state, one, other;
+  logic       resetting, started, first_run;
+  logic [1:0] timer;
+  logic [2:0] checked;
+  assign state     = \u_control.state_q ;
+  assign one       = \u_control.one_q ;
+  assign other     = \u_control.other_q ;
+  assign resetting = \u_control.resetting_q ;
+  assign started   = \u_control.started_q ;
+  assign first_run = \u_control.first_run_q ;
+  assign timer     = \u_control.timer_q ;
+  assign checked   = 3'(one) + 3'(other) + 3'(one != '0) - 3'd1;  // pairs before this one
+
   // --- What happens ---
 
   logic       fresh, job = 1'b0;  // a job has started and not ended
@@ -112,7 +134,7 @@ module fv_control (
   logic       fault;              // of the running job, or of one before it
   logic [4:0] still = '0;         // cycles without movement, while busy
   logic       was_fault = 1'b0, was_end = 1'b0, was_well, was_failed = 1'b0, was_done = 1'b0;
-  logic       was_reset = 1'b0;
+  logic       was_reset = 1'b0, was_running = 1'b0, was_clear = 1'b0;
   logic [43:0] error, was_error;
 
   assign fresh = start_i && !busy && !soft_reset_i;
@@ -131,41 +153,28 @@ module fv_control (
       was_failed <= 1'b0;
       was_done   <= 1'b0;
       was_reset  <= 1'b0;
+      was_running <= 1'b0;
+      was_clear  <= 1'b0;
     end else begin
       if (soft_reset_i || ended_well || ended_badly) job <= 1'b0;
       else if (fresh) job <= 1'b1;
       if (soft_reset_i || ended_well || ended_badly) ran <= 1'b0;
       else if (start) ran <= 1'b1;
       if (!busy || moved_i || soft_reset_i) still <= '0;
-      else still <= still + 1'b1;
+      else if (!(state == Check && checked == 3'(CheckCycles - 1) && !unit_ready_i)) still <= still + 1'b1;
       was_fault  <= fault;
       was_end    <= ended_well || ended_badly;
       was_well   <= ended_well;
       was_failed <= failed && !fresh && !soft_reset_i;
       was_done   <= done && !fresh && !soft_reset_i;
       was_reset  <= soft_reset_i;
+      was_running <= running;
+      was_clear  <= clear;
       was_error  <= error;
     end
   end
 
   // --- What the solver needs to know ---
-
-  localparam logic [1:0] Idle = 2'd0, Check = 2'd1, Run = 2'd2, Drain = 2'd3;
-  (* hierconn *) logic [1:0] \u_control.state_q , \u_control.one_q , \u_control.other_q ;
-  (* hierconn *) logic       \u_control.resetting_q , \u_control.started_q , \u_control.first_run_q ;
-  (* hierconn *) logic [1:0] \u_control.timer_q ;
-  logic [1:0] state, one, other;
-  logic       resetting, started, first_run;
-  logic [1:0] timer;
-  logic [2:0] checked;
-  assign state     = \u_control.state_q ;
-  assign one       = \u_control.one_q ;
-  assign other     = \u_control.other_q ;
-  assign resetting = \u_control.resetting_q ;
-  assign started   = \u_control.started_q ;
-  assign first_run = \u_control.first_run_q ;
-  assign timer     = \u_control.timer_q ;
-  assign checked   = 3'(one) + 3'(other) + 3'(one != '0) - 3'd1;  // pairs before this one
 
   always_comb begin
     if (rst_ni) begin
@@ -195,7 +204,9 @@ module fv_control (
   always_comb begin
     if (rst_ni) begin
       // Units.
-      a_out_of_work : assert (clear == !running && (busy || !running));
+      a_runs_when_busy : assert (!running || (busy && !clear));
+      if (was_running && !running) a_out_of_work : assert (clear && busy);
+      if (was_clear && busy && !was_reset) a_cleared_to_the_end : assert (clear);
       a_checked_before_start : assert (!start || (config_ok && !failed && pair_bad == '0));
       a_started_once : assert (!start || (running && !ran));
       a_runs_after_start : assert (!running || start || ran);

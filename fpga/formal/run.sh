@@ -78,7 +78,7 @@ job() {
             ;;
     esac
     {
-        printf '[options]\nmode %s\ndepth %s\ntimeout 300\n' $mode "$depth"
+        printf '[options]\nmode %s\ndepth %s\ntimeout 1200\n' $mode "$depth"
         # No trace: Debian's ABC writes them in a format of its own.
         [[ $engine == smtbmc* ]] || echo "aigsmt none"
         printf '[engines]\n%s\n[script]\n' "$engine"
