@@ -80,7 +80,8 @@ module xy_axi_read #(
   logic               beat, last;
   logic [IdWidth-1:0] row;
   assign rready_o = 1'b1;
-  assign beat     = rvalid_i && (|busy_q);
+  // A line that is not under way did not come, whatever the slave says.
+  assign beat     = rvalid_i && busy_q[row];
   assign last     = beat && rlast_i;
 
   if (Ordered) begin : gen_ordered
