@@ -22,6 +22,7 @@ proofs=(
     "heap|20|smtbmc z3|abc bmc3|xy_pkg xy_less xy_heap_flops xy_ram xy_heap_ram xy_heap_stage xy_heap"
     "control|18|smtbmc z3|abc bmc3|xy_regs_pkg xy_control"
     "stack|14|abc pdr|abc bmc3|xy_ram xy_stack"
+    "emitter|16|smtbmc z3|abc bmc3|xy_pkg xy_msb xy_union stack_model xy_bvh2_pack xy_emitter"
     "port_512|20|smtbmc z3|abc bmc3|xy_pkg xy_guard xy_axi_read xy_axi_write xy_port"
     "port_128|12|smtbmc z3|abc bmc3|xy_pkg xy_guard xy_axi_read xy_axi_write xy_port"
 )
