@@ -20,6 +20,7 @@ source tests/tools.sh
 proofs=(
     "fifo|16|abc pdr|abc bmc3|xy_ram xy_fifo"
     "heap|20|smtbmc z3|abc bmc3|xy_pkg xy_less xy_heap_flops xy_ram xy_heap_ram xy_heap_stage xy_heap"
+    "arbiter|8|smtbmc z3|smtbmc z3|xy_pkg xy_write_arbiter"
     "control|18|smtbmc z3|abc bmc3|xy_regs_pkg xy_control"
     "stack|14|abc pdr|abc bmc3|xy_ram xy_stack"
     "emitter|16|smtbmc z3|abc bmc3|xy_pkg xy_msb xy_union stack_model xy_bvh2_pack xy_emitter"
