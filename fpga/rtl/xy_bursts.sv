@@ -2,7 +2,7 @@
 //
 //   start ──► first and second burst of every run ──┐
 //                                                    ├──► burst under way ──► rd, a line a cycle
-//   refill ─► queue ─────────────────────────────────┘
+//   refill ─► queue, or past it ─────────────────────┘
 //   rsp ────► lines come, for each buffer ──► full_o
 //
 // After a start it asks for the first burst of every run, in order, then for the second of every run that
@@ -17,7 +17,8 @@
 //             has been emptied, so no more bursts wait than there are slots.
 //             rd, rsp: the line port. The tag is {line of the scratchpad, lines that it counts for, less 1}.
 //             full_o: the buffer's burst is here; take_i empties buffer take_buffer_i.
-// Latency     2 cycles from start or refill to the first line asked for; 1 from the last line to full_o.
+// Latency     2 cycles from a start to the first line asked for, 1 from a refill while nothing else waits;
+//             1 from the last line to full_o.
 // Throughput  one line a cycle asked for and one that comes.
 // Cut paths   all.
 module xy_bursts #(
@@ -85,7 +86,7 @@ module xy_bursts #(
   localparam int unsigned QueueWidth = SlotWidth + 1 + IndexWidth + CountWidth;
 
   logic [QueueWidth-1:0] queue_data;
-  logic                  queue_valid, queue_ready, queue_room;
+  logic                  queue_valid, queue_ready, queue_room, bypass;
 
   xy_fifo #(
       .Width(QueueWidth),
@@ -94,7 +95,7 @@ module xy_bursts #(
       .clk_i,
       .rst_ni,
       .clear_i,
-      .in_valid_i (refill_i),
+      .in_valid_i (refill_i && !bypass),
       .in_ready_o (queue_room),
       .in_data_i  ({refill_buffer_i, refill_first_i, refill_count_i}),
       .out_valid_o(queue_valid),
@@ -112,7 +113,7 @@ module xy_bursts #(
   logic taken, next, load;
   assign taken = valid_q && rd_ready_i;
   assign next  = !valid_q || (taken && (line_q == last_q));
-  assign load  = next && (gen_q || queue_valid);
+  assign load  = next && (gen_q || queue_valid || refill_i);
 
   logic [SlotWidth:0]    load_buffer;
   logic [IndexWidth-1:0] load_first;
@@ -122,13 +123,18 @@ module xy_bursts #(
       load_buffer = {gen_slot_q, gen_second_q};
       load_first  = gen_burst_first;
       load_count  = gen_burst_count;
-    end else begin
+    end else if (queue_valid) begin
       {load_buffer, load_first, load_count} = queue_data;
+    end else begin
+      load_buffer = refill_buffer_i;
+      load_first  = refill_first_i;
+      load_count  = refill_count_i;
     end
   end
   // Two records a line.
   assign load_last   = (load_count - 1'b1) >> 1;
   assign queue_ready = next && !gen_q;
+  assign bypass      = queue_ready && !queue_valid;
 
   // The lines that the first one stands for beside itself.
   logic [LineWidth-1:0] extra;

@@ -172,12 +172,12 @@ module xy_multimerge #(
   // --- Act ---
 
   logic                  look_here_q, look_odd_q, look_ends_q;
+  logic                  look_key_odd_q;  // the bank of the record that gives the code
   logic [IndexWidth-1:0] look_index_q, look_left_q;
   logic                  last;
-  logic [RecordWidth-1:0] head, successor;
-  assign last      = look_left_q == IndexWidth'(1);
-  assign head      = look_odd_q ? pad[1] : pad[0];
-  assign successor = look_odd_q ? pad[0] : pad[1];
+  logic [RecordWidth-1:0] head;
+  assign last = look_left_q == IndexWidth'(1);
+  assign head = look_odd_q ? pad[1] : pad[0];
 
   logic room, may_act, act, insert, output_record;
   // After an operation the heap is not ready for a cycle; what was looked up in that one is fresh.
@@ -188,7 +188,7 @@ module xy_multimerge #(
 
   xy_pkg::record_t      keyed;
   logic [CodeWidth-1:0] code;
-  assign keyed = inserting_q ? head : successor;
+  assign keyed = look_key_odd_q ? pad[1] : pad[0];
 
   xy_morton #(.CodeWidth(CodeWidth)) u_morton (.box_i(keyed.box), .wide_i, .code_o(code));
 
@@ -323,6 +323,8 @@ module xy_multimerge #(
   always_ff @(posedge clk_i) begin
     look_here_q  <= here;
     look_odd_q   <= place[0];
+    // To begin with, the first record; then the successor, in the other bank.
+    look_key_odd_q <= inserting_q ? place[0] : !place[0];
     look_ends_q  <= buffer_ends;
     look_index_q <= index;
     look_left_q  <= left;

@@ -167,16 +167,16 @@ const MUTATIONS: [(&str, Mutation); 12] = [
         "equal codes change places",
         Mutation {
             file: "xy_sorter.sv",
-            from: "(read_code > code_q)",
-            to: "(read_code >= code_q)",
+            from: "(read_code[below_odd] > code_q)",
+            to: "(read_code[below_odd] >= code_q)",
         },
     ),
     (
         "records come in while others change places",
         Mutation {
             file: "xy_sorter.sv",
-            from: "assign swap         = !accept && compare_q",
-            to: "assign swap         = compare_q",
+            from: "assign works = !accept && !giving_q;",
+            to: "assign works = !giving_q;",
         },
     ),
     (
@@ -220,11 +220,11 @@ const MUTATIONS: [(&str, Mutation); 12] = [
         },
     ),
     (
-        "a record's successor is looked for in its own bank",
+        "the successor leaves in the record's place",
         Mutation {
             file: "xy_multimerge.sv",
-            from: "assign successor = look_odd_q ? pad[0] : pad[1];",
-            to: "assign successor = look_odd_q ? pad[1] : pad[0];",
+            from: "assign head = look_odd_q ? pad[1] : pad[0];",
+            to: "assign head = look_odd_q ? pad[0] : pad[1];",
         },
     ),
     (

@@ -270,8 +270,8 @@ const MUTATIONS: [(&str, Mutation); 6] = [
         "the code of the record that leaves is kept",
         Mutation {
             file: "xy_multimerge.sv",
-            from: "assign keyed = inserting_q ? head : successor;",
-            to: "assign keyed = head;",
+            from: "inserting_q ? place[0] : !place[0];",
+            to: "place[0];",
         },
     ),
     (

@@ -83,7 +83,7 @@ fn run(
             let room = model.is_ready();
             bench.expect(pins.in_ready_o, room)?;
             let mut after = model.clone();
-            let out = after.deliver(now);
+            let out = after.deliver();
             bench.expect(pins.out_valid_o, out.is_some())?;
             if let Some((items, given)) = out {
                 bench.expect(pins.out_two_o, given == 2)?;
@@ -94,12 +94,13 @@ fn run(
             bench.edge()?;
             if room && offered.take().is_some() {
                 for (at, item) in pair.iter().enumerate() {
-                    model.accept(*item, last && at + 1 == pair.len(), now);
+                    model.accept(*item, last && at + 1 == pair.len());
                 }
             }
-            if ready && model.deliver(now).is_some() {
+            if ready && model.deliver().is_some() {
                 sorted += out.map_or(0, |(_, given)| given as u64);
             }
+            model.tick();
         }
     }
     Ok(sorted)
@@ -124,41 +125,61 @@ fn rtl_and_model_agree_in_every_output_of_every_cycle() {
 }
 
 /// Faults, each of which the lockstep must see.
-const MUTATIONS: [(&str, Mutation); 6] = [
+const MUTATIONS: [(&str, Mutation); 8] = [
     (
         "equal codes change places",
-        Mutation { file: "xy_sorter.sv", from: "read_code > code_q", to: "read_code >= code_q" },
+        Mutation {
+            file: "xy_sorter.sv",
+            from: "[below_odd] > code_q",
+            to: "[below_odd] >= code_q",
+        },
     ),
     (
         "the lowest record is not compared with",
         Mutation {
             file: "xy_sorter.sv",
-            from: "swap && (below_q != '0)",
-            to: "swap && (below_q > 1)",
+            from: "(!swap || (below_q == '0))",
+            to: "(!swap || (below_q <= 1))",
         },
     ),
     (
         "sorting goes on while records come in",
         Mutation {
             file: "xy_sorter.sv",
-            from: "assign begin_record = !accept && !compare_q",
-            to: "assign begin_record = !compare_q",
+            from: "works = !accept && !giving_q",
+            to: "works = !giving_q",
+        },
+    ),
+    (
+        "sorting goes on while records leave",
+        Mutation {
+            file: "xy_sorter.sv",
+            from: "works = !accept && !giving_q",
+            to: "works = !accept",
         },
     ),
     (
         "a piece is handed out a comparison early",
         Mutation {
             file: "xy_sorter.sv",
-            from: "assign in_order    = !compare_q && (begun_q == taken_q);",
-            to: "assign in_order    = begun_q == taken_q;",
+            from: "complete_q && !compare_q && (begun_q == taken_q)",
+            to: "complete_q && (begun_q == taken_q)",
         },
     ),
     (
         "neighbours in different rows change places in one",
         Mutation {
             file: "xy_sorter.sv",
-            from: "below_row + RowWidth'(below_q[0])",
+            from: "below_row + RowWidth'(below_odd)",
             to: "below_row",
+        },
+    ),
+    (
+        "a piece follows in the row that leaves",
+        Mutation {
+            file: "xy_sorter.sv",
+            from: "(taken_q[PlaceWidth-1:1] < out_row_q)",
+            to: "(taken_q[PlaceWidth-1:1] <= out_row_q)",
         },
     ),
     (

@@ -6,7 +6,7 @@
 //! | Throughput | one record every two cycles, one heap operation each |
 //! | Latency | two cycles from the heap operation to the record in the output FIFO |
 //! | Start | two cycles, then one heap insert for each slot, two cycles each, as soon as its first record is here |
-//! | Reads | a burst's first line is asked for two cycles after the operation that made room for it |
+//! | Reads | a burst's first line is asked for in the cycle after the operation that made room for it, or two cycles after a start |
 //! | Stalls | while the successor of the lowest record has not come, or the FIFO is full |
 //!
 //! The loop of the gates takes two cycles: in one, the lowest slot's next record and its successor are read
@@ -48,8 +48,8 @@ pub struct MultiMerge {
     request: Option<Request>,
     /// Bursts to be read after it, in order.
     queue: VecDeque<Request>,
-    /// Bursts that join them at the end of the cycle.
-    asked: Vec<Request>,
+    /// Whether runs were started in this cycle: their first burst is looked up in the next.
+    starting: bool,
     /// The buffer whose last line came in the last cycle.
     landed: Option<u32>,
     /// Records that have not left.
@@ -145,7 +145,7 @@ impl MultiMerge {
             forecast: BTreeSet::new(),
             request: None,
             queue: VecDeque::new(),
-            asked: Vec::new(),
+            starting: false,
             landed: None,
             left: 0,
             source: Region::default(),
@@ -185,6 +185,7 @@ impl MultiMerge {
     ) {
         self.clear(range.end - range.start);
         self.source = source;
+        self.starting = true;
         let mut first = range.start;
         while first < range.end {
             let end = range.end.min(first.saturating_add(run));
@@ -229,7 +230,7 @@ impl MultiMerge {
         let (addr, bytes) = (self.source.base.0 + *next * stride, len * stride);
         let missing = bytes.div_ceil(LINE_BYTES);
         self.loads[buffer as usize] = Load { slot, first: *next, len, missing, here: false };
-        self.asked.push(Request { buffer, addr, bytes });
+        self.queue.push_back(Request { buffer, addr, bytes });
         buffers.push_back(Buffer { id: buffer, len });
         *next += len;
         true
@@ -247,10 +248,9 @@ impl MultiMerge {
 
     /// Ends the cycle of the read port.
     pub fn tick_requests(&mut self) {
-        if self.request.is_none() {
+        if !std::mem::take(&mut self.starting) && self.request.is_none() {
             self.request = self.queue.pop_front();
         }
-        self.queue.extend(self.asked.drain(..));
     }
 
     /// A line of `buffer` has come; its records are decoded from `image`, the memory, with the last.

@@ -151,19 +151,20 @@ impl<'a, P: Port> Machine<'a, P> {
             }
             let Some(item) = self.reader.next(self.image) else { break };
             let item = item.map_err(|index| BuildError::InvalidPrimitive { index })?;
-            self.sorters.accept(item, self.reader.is_done(), self.now);
+            self.sorters.accept(item, self.reader.is_done());
             self.moved_at = self.now;
         }
         // After the sorters took records: room is seen a cycle later.
         if *stored < limit
-            && let Some((items, given)) = self.sorters.deliver(self.now)
+            && let Some((items, given)) = self.sorters.deliver()
         {
             self.merge.store(*stored % self.config.build.sort.capacity, &items[..given]);
             *stored += given as u32;
             self.moved_at = self.now;
         }
-        let busy = u64::from(self.sorters.busy(self.now)) * 1000 / self.sorters.len() as u64;
+        let busy = u64::from(self.sorters.busy()) * 1000 / self.sorters.len() as u64;
         self.activity.add(Unit::Sorters, busy);
+        self.sorters.tick();
         Ok(())
     }
 
