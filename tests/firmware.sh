@@ -65,7 +65,7 @@ run)
     tools
     XYLEM_FIRMWARE=$(build)
     export XYLEM_FIRMWARE XYLEM_REQUIRE_TOOLS=1
-    cargo test --quiet --locked -p xylem --test soc -- --nocapture
+    cargo test --quiet --locked -p xylem --test soc --test accelerator -- --nocapture
     ;;
 *)
     sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' "$0" >&2

@@ -464,9 +464,9 @@ fn a_job_that_fails_says_why_in_the_log() {
 fn a_program_that_crashes_is_told_apart_from_one_that_fails() {
     let test = "a_program_that_crashes_is_told_apart_from_one_that_fails";
     let Some(elf) = firmware(test) else { return };
-    // No instruction is all zeros; put that where compression starts.
+    // No instruction is all zeros; put that where sorting starts.
     let mut bytes = std::fs::read(elf).unwrap();
-    let at = file_offset(&bytes, "compress_top_down");
+    let at = file_offset(&bytes, "partial_sort");
     bytes[at..at + 4].fill(0);
     let folder = tempfile::tempdir().unwrap();
     let broken = folder.path().join("broken");

@@ -6,7 +6,7 @@
 //!   `unsafe`.
 //! - [`axi`] is the memory at a unit's AXI4 port, timed by a memory model of `xylem`.
 //! - [`random`] draws what units are fed, from a seed.
-//! - [`bench`] clocks a unit and holds its outputs against a model's; [`types`] are its pins' bytes.
+//! - [`mod@bench`] clocks a unit and holds its outputs against a model's; [`types`] are its pins' bytes.
 //! - One module a unit says what it is fed and compares every output of every cycle: [`heap`],
 //!   [`mergesort`], [`emitter`], [`emit`], [`compress`], [`context`], [`traverser`].
 //! - [`top`] is the whole accelerator, for `xylem-driver`.

@@ -11,8 +11,9 @@ use embedded_hal::digital::{ErrorType, InputPin};
 use xylem_core::geom::{PrimIndex, Ray, Triangle};
 use xylem_core::mem::{Bus, Region};
 use xylem_core::node::{Bvh2Node, Coordinates, LeafEntry, NodeFormat, Quantization, Tree};
-use xylem_core::pipeline::{BuildConfig, BuildRegions};
-use xylem_core::sort::{InputFormat, RecordFormat};
+use xylem_core::num::Grid;
+use xylem_core::pipeline::BuildRegions;
+use xylem_core::sort::{InputFormat, Item, RecordFormat};
 use xylem_core::toplevel::TopLevel;
 use xylem_core::traverse::Hit;
 use xylem_driver::{
@@ -117,7 +118,6 @@ pub fn run<B: Bus, C: Clock, R: RegisterAccess, D: DelayNs, I: InputPin>(
     let places = Own::new(software)?;
     let mut report = Accelerated::default();
 
-    let config = build_config(&header);
     let mut job = BuildJob {
         regions: places.build,
         count: header.triangles,
@@ -132,7 +132,7 @@ pub fn run<B: Bus, C: Clock, R: RegisterAccess, D: DelayNs, I: InputPin>(
     } else {
         job.input = InputFormat::Box32;
         let start = clock.cycles();
-        write_boxes(bus, &config, software.blob.triangles, header.triangles, places.boxes)?;
+        write_boxes(bus, header.grid, software.blob.triangles, header.triangles, places.boxes)?;
         let cycles = clock.cycles().wrapping_sub(start);
         report.parts[Part::Prepare as usize] =
             Some(PartReport { cycles, counters: Counters::default() });
@@ -308,45 +308,51 @@ const fn coordinates(header: &Header) -> Coordinates {
     }
 }
 
-/// What decodes the blob's triangles.
-fn build_config(header: &Header) -> BuildConfig {
-    BuildConfig {
-        grid: header.grid,
-        morton: header.morton,
-        input: InputFormat::Triangle40,
-        ..BuildConfig::default()
-    }
-}
-
 /// A second, and 10 µs for each primitive and ray: some hundred times what they take.
 fn timeout(header: &Header) -> Micros {
     let records = header.triangles.saturating_add(header.rays);
     Micros(records.saturating_mul(10).saturating_add(1_000_000))
 }
 
+/// Bytes that start on a word, so that the core moves whole words.
+#[repr(C, align(4))]
+struct Aligned<const N: usize>([u8; N]);
+
+/// Records that are read or written at once.
+const TOGETHER: u32 = 8;
+
 /// Writes the boxes of `count` triangles with their positions.
 fn write_boxes<B: Bus, R, P>(
     bus: &mut B,
-    config: &BuildConfig,
+    grid: Grid,
     triangles: Region,
     count: u32,
     boxes: Region,
 ) -> Result<(), AcceleratorError<B::Error, R, P>> {
-    let decoder = config.decoder();
-    for index in 0..count {
+    const BOX: usize = InputFormat::Box32.bytes() as usize;
+    let mut read = Aligned([0; Triangle::BYTES * TOGETHER as usize]);
+    let mut written = Aligned([0; BOX * TOGETHER as usize]);
+    for first in (0..count).step_by(TOGETHER as usize) {
+        let some = (count - first).min(TOGETHER);
         // Both regions were made for this many records.
         let (Some(from), Some(to)) = (
-            triangles.record(index, Triangle::BYTES as u32),
-            boxes.record(index, InputFormat::Box32.bytes()),
+            triangles.at(first * Triangle::BYTES as u32, some * Triangle::BYTES as u32),
+            boxes.at(first * BOX as u32, some * BOX as u32),
         ) else {
             break;
         };
-        let mut bytes = [0; Triangle::BYTES];
-        bus.read(from, &mut bytes).map_err(AcceleratorError::Bus)?;
-        let item = decoder.decode(&bytes, index).map_err(AcceleratorError::Triangle)?;
-        let mut record = [0; RecordFormat::MAX_BYTES];
-        RecordFormat::Box32.encode(&item, &mut record);
-        bus.write(to, &record).map_err(AcceleratorError::Bus)?;
+        let (from_bytes, to_bytes) =
+            (&mut read.0[..some as usize * Triangle::BYTES], &mut written.0[..some as usize * BOX]);
+        bus.read(from, from_bytes).map_err(AcceleratorError::Bus)?;
+        let records = from_bytes.as_chunks().0.iter().zip(to_bytes.chunks_exact_mut(BOX));
+        for (reference, (triangle, record)) in (first..).zip(records) {
+            let bounds = Triangle::from_bytes(triangle).bounds();
+            if !grid.contains(bounds.min) || !grid.contains(bounds.max) {
+                return Err(AcceleratorError::Triangle(PrimIndex(reference)));
+            }
+            RecordFormat::Box32.encode(&Item { bounds, reference, ..Item::ZERO }, record);
+        }
+        bus.write(to, to_bytes).map_err(AcceleratorError::Bus)?;
     }
     Ok(())
 }
@@ -361,10 +367,10 @@ fn same_bytes<B: Bus>(bus: &mut B, ours: Region, theirs: Region) -> Result<bool,
     while offset < ours.size {
         let len = (ours.size - offset).min(BURST);
         let (Some(a), Some(b)) = (ours.at(offset, len), theirs.at(offset, len)) else { break };
-        let (mut one, mut other) = ([0; BURST as usize], [0; BURST as usize]);
-        bus.read(a, &mut one[..len as usize])?;
-        bus.read(b, &mut other[..len as usize])?;
-        if one != other {
+        let (mut one, mut other) = (Aligned([0; BURST as usize]), Aligned([0; BURST as usize]));
+        bus.read(a, &mut one.0[..len as usize])?;
+        bus.read(b, &mut other.0[..len as usize])?;
+        if one.0 != other.0 {
             return Ok(false);
         }
         offset += len;

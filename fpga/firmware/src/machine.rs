@@ -162,8 +162,9 @@ pub struct CoreDelay;
 
 impl DelayNs for CoreDelay {
     fn delay_ns(&mut self, ns: u32) {
+        const NS_PER_CYCLE: u32 = 1000 / map::CLOCK_MHZ;
         let start = cycles();
-        let wanted = u64::from(ns) * u64::from(map::CLOCK_MHZ) / 1000;
+        let wanted = u64::from(ns / NS_PER_CYCLE);
         while cycles().wrapping_sub(start) < wanted {}
     }
 }

@@ -97,7 +97,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "NAME", default_value = "paper", value_parser = config_names())]
     accelerator_config: String,
     /// With --accelerator: cycles from a read at its memory port to the answer, 1 to 1000
-    #[arg(long, value_name = "CYCLES", default_value_t = 20,
+    #[arg(long, value_name = "CYCLES", default_value_t = 10,
           value_parser = clap::value_parser!(u32).range(1..=1000))]
     accelerator_latency: u32,
     /// Seconds after which the run is given up

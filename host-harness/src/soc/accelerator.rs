@@ -432,6 +432,19 @@ mod tests {
         assert_eq!(error, AcceleratorError::Probe(ProbeError::NotFound { found: 0 }));
     }
 
+    #[test]
+    fn memory_that_is_too_small_is_refused_before_the_accelerator_starts() {
+        let (board, mut done) = board(AcceleratorConfig::SMALL, 10);
+        // Boxes, two regions of runs, nodes, leaf table, quantized nodes and a hit, each padded.
+        let needed = 3 * 320 + 640 + 64 + 192 + 64;
+        done.layout.free.size = needed - 1;
+        let error = accelerate(&board, &done).expect_err("too small");
+        assert_eq!(error, AcceleratorError::WorkSpace { needed, size: needed - 1 });
+        assert_eq!(board.0.borrow().accelerator.read(STATUS.offset(), 0), 0);
+        done.layout.free.size = needed;
+        assert!(accelerate(&board, &done).is_ok());
+    }
+
     /// Registers of a build of one box at the start of memory.
     fn registers(change: &[(u32, u32)]) -> (JobError, FlatMemory) {
         let (board, _) = board(AcceleratorConfig::SMALL, 1);

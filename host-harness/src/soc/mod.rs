@@ -38,6 +38,7 @@ use std::time::Duration;
 
 use crate::bus::{MEMORIES, MemoryTiming, Tally};
 
+pub use xylem_driver::Counters;
 pub use xylem_firmware::accelerated::{Accelerated, PARTS, Part, PartReport};
 pub use xylem_firmware::animation::FrameReport;
 pub use xylem_firmware::report::{OUTPUTS, Output, Report, STAGES};

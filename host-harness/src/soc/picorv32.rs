@@ -1,8 +1,9 @@
-//! PicoRV32's RTL under Verilator.
+//! PicoRV32's RTL under Verilator, and beside it, if asked for, the accelerator's.
 //!
 //! The core's Verilog is the one file of the PyPI package `pythondata-cpu-picorv32`; the test bench
-//! around it is `fpga/soc/picorv32_tb.cpp`. Together they make a program, built once into a folder
-//! below `target/` whose name is the digest of all that goes into it.
+//! around it is `fpga/soc/picorv32_tb.cpp`, and the accelerator is `xy_top` of `fpga/rtl`. Together they
+//! make a program, built once into a folder below `target/` whose name is the digest of all that goes
+//! into it. Core and accelerator are translated apart, the second into a library of the first.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -12,7 +13,9 @@ use std::time::Duration;
 use sha2::{Digest as _, Sha256};
 use xylem_firmware::map::LOCAL;
 
-use super::{End, Engine, Image, Options, Ran, SocError, power_off, process, workspace};
+use super::{
+    AcceleratorConfig, End, Engine, Image, Options, Ran, SocError, power_off, process, workspace,
+};
 
 /// The core's parameters: what the firmware is compiled for, and its reset address.
 const PARAMETERS: [&str; 6] = [
@@ -33,15 +36,13 @@ pub(super) fn check() -> Result<(), SocError> {
 
 /// Runs a program until it powers off, crashes or exceeds the limits.
 pub(super) fn run(image: &Image, blob: &[u8], options: &Options) -> Result<Ran, SocError> {
-    if options.accelerator.is_some() {
-        return Err(SocError::NoAccelerator { engine: Engine::PicoRv32 });
-    }
-    let bench = build()?;
+    let bench = build(options.accelerator.as_ref().map(|beside| &beside.config))?;
     let folder = process::Folder::new("picorv32")?;
     let local = folder.write("local.bin", &image.local_memory())?;
     let blob = folder.write("scene.blob", blob)?;
     let mut command = Command::new(bench);
     command.arg(local).arg(blob).arg(image.protected_end().to_string());
+    command.arg(options.accelerator.map_or(1, |beside| beside.latency).to_string());
     let finished = process::run(&mut command, options.time)?;
     let (end, cycles) = match finished.status {
         None => (End::TimeOut(options.time), None),
@@ -71,20 +72,24 @@ fn parse_end(words: &str) -> (End, Option<u64>) {
 }
 
 /// The path of the built bench; builds it first where that was not done.
-fn build() -> Result<PathBuf, SocError> {
-    let failed = |what: String| SocError::Build { engine: Engine::PicoRv32, what };
+fn build(accelerator: Option<&AcceleratorConfig>) -> Result<PathBuf, SocError> {
     let version = verilator_version()?;
     let verilog = verilog()?;
     let source = workspace().join("fpga/soc/picorv32_tb.cpp");
+    let top = accelerator.map(Top::new).transpose()?;
+    let name = top.as_ref().map_or("picorv32", |top| top.name);
     let mut key = Sha256::new();
     key.update(&version);
-    for file in [&verilog, &source] {
+    let mut files = vec![&verilog, &source];
+    files.extend(top.iter().flat_map(|top| top.files.iter().chain([&top.header])));
+    for file in files {
         let text = std::fs::read(file);
         key.update(text.map_err(SocError::io(format!("reading {}", file.display())))?);
     }
     key.update(PARAMETERS.concat());
+    key.update(top.as_ref().map_or(String::new(), |top| top.parameters.concat()));
     let key: String = key.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    let done = workspace().join("target/soc").join(format!("picorv32-{key}"));
+    let done = workspace().join("target/soc").join(format!("{name}-{key}"));
     let bench = done.join("Vpicorv32");
     // Threads of this process share a process id, and with it the folder aside.
     static BUILDING: Mutex<()> = Mutex::new(());
@@ -96,24 +101,90 @@ fn build() -> Result<PathBuf, SocError> {
     let aside = done.with_extension(std::process::id().to_string());
     std::fs::create_dir_all(&aside)
         .map_err(SocError::io(format!("creating {}", aside.display())))?;
-    let mut command = Command::new("verilator");
-    command
-        .args(["--cc", "--exe", "--build", "-O3", "-CFLAGS", "-O2", "-Wno-fatal", "-Wno-lint"])
-        .args(["--top-module", "picorv32", "--Mdir"])
-        .arg(&aside)
-        .args(PARAMETERS)
-        .arg(&verilog)
-        .arg(&source);
-    let finished = process::run(&mut command, Duration::from_secs(300))?;
-    if !finished.status.is_some_and(|status| status.success()) {
-        let said = format!("verilator said:\n{}", finished.stderr.trim());
+    let built = translate(&aside, &verilog, &source, top.as_ref());
+    if built.is_err() {
         let _ = std::fs::remove_dir_all(&aside);
-        return Err(failed(said));
     }
+    built?;
     if std::fs::rename(&aside, &done).is_err() {
         let _ = std::fs::remove_dir_all(&aside);
     }
     if bench.is_file() { Ok(bench) } else { Err(failed(format!("no {}", bench.display()))) }
+}
+
+/// The accelerator's RTL.
+struct Top {
+    name: &'static str,
+    parameters: Vec<String>,
+    /// Waivers, then modules in order.
+    files: Vec<PathBuf>,
+    /// Its side of the bench.
+    header: PathBuf,
+}
+
+impl Top {
+    fn new(config: &AcceleratorConfig) -> Result<Self, SocError> {
+        let rtl = workspace().join("fpga/rtl");
+        let list = rtl.join("top.f");
+        let text = std::fs::read_to_string(&list);
+        let text = text.map_err(SocError::io(format!("reading {}", list.display())))?;
+        let modules = text.lines().map(str::trim).filter(|line| line.ends_with(".sv"));
+        let parameters = [
+            ("Capacity", config.capacity),
+            ("Burst", config.burst),
+            ("Sorters", config.sorters),
+            ("Fifo", config.fifo),
+            ("ReadAhead", config.read_ahead),
+            ("CodeWidth", config.code_bits),
+        ];
+        Ok(Self {
+            name: config.name,
+            parameters: parameters.map(|(name, value)| format!("-G{name}={value}")).to_vec(),
+            files: ["waivers.vlt"].into_iter().chain(modules).map(|file| rtl.join(file)).collect(),
+            header: workspace().join("fpga/soc/accelerator.h"),
+        })
+    }
+}
+
+/// Builds the bench in `folder`.
+fn translate(
+    folder: &Path,
+    verilog: &Path,
+    source: &Path,
+    top: Option<&Top>,
+) -> Result<(), SocError> {
+    let verilator = |module: &str, folder: &Path| {
+        let mut command = Command::new("verilator");
+        command
+            .args(["--cc", "--build", "-O3", "-CFLAGS", "-O2", "-Wno-fatal", "-Wno-lint"])
+            .args(["--top-module", module, "--Mdir"])
+            .arg(folder);
+        command
+    };
+    let mut core = verilator("picorv32", folder);
+    core.arg("--exe").args(PARAMETERS).arg(verilog).arg(source);
+    if let Some(top) = top {
+        let library = folder.join("xy_top");
+        let mut command = verilator("xy_top", &library);
+        run_tool(command.args(&top.parameters).args(&top.files))?;
+        // The compiler runs in the folder.
+        let includes = format!("-DXY_TOP -Ixy_top -I{}", workspace().join("fpga/soc").display());
+        core.arg("-CFLAGS").arg(includes).arg("xy_top/Vxy_top__ALL.a");
+    }
+    run_tool(&mut core)
+}
+
+fn run_tool(command: &mut Command) -> Result<(), SocError> {
+    let finished = process::run(command, Duration::from_secs(900))?;
+    match finished.status {
+        Some(status) if status.success() => Ok(()),
+        Some(_) => Err(failed(format!("verilator said:\n{}", finished.stderr.trim()))),
+        None => Err(failed("verilator took too long".into())),
+    }
+}
+
+fn failed(what: String) -> SocError {
+    SocError::Build { engine: Engine::PicoRv32, what }
 }
 
 /// Verilator's version line.

@@ -43,6 +43,36 @@ fn the_soft_core_gives_the_hosts_digest_and_cycles_by_stage() {
 }
 
 #[test]
+fn an_accelerator_is_compared_with_the_software_part_by_part() {
+    let test = "an_accelerator_is_compared_with_the_software_part_by_part";
+    if let Err(missing) = xylem::soc::firmware_elf() {
+        assert!(std::env::var_os("XYLEM_REQUIRE_TOOLS").is_none(), "{missing}");
+        println!("skipped: {test}: {missing}");
+        return;
+    }
+    let place = Place::new();
+    let scene = ["soc", "cornell", "--size", "2x2", "--accelerator", "model"];
+    let json = place.run(&[scene.as_slice(), &["--json"]].concat()).json();
+    let accelerator = &json["accelerator"];
+    assert_eq!(
+        (accelerator["equal"].as_bool(), whole(accelerator, "latency_cycles")),
+        (Some(true), 10)
+    );
+    let parts = accelerator["parts"].as_array().expect("parts");
+    assert_eq!(parts.len(), 2);
+    assert!(parts[0].get("software_cycles").is_none() && parts[1]["equal"] == true);
+    let build = &parts[1];
+    let speedup = build["speedup"].as_f64().expect("a speed-up");
+    let ratio = whole(build, "software_cycles") as f64 / whole(build, "cycles") as f64;
+    assert!((speedup - ratio).abs() < 0.01 && speedup > 10.0, "{build}");
+    assert!(whole(build, "busy_cycles") < whole(build, "cycles"));
+    let text = place.run(&scene);
+    assert!(text.out().contains("`paper` (cycle model)"), "{}", text.out());
+    assert!(text.out().lines().all(|line| line.chars().count() <= 100), "{}", text.out());
+    assert!(place.run(&["soc", "cornell", "--json"]).json().get("accelerator").is_none());
+}
+
+#[test]
 fn an_animation_reports_what_was_done_in_each_frame() {
     let test = "an_animation_reports_what_was_done_in_each_frame";
     if let Err(missing) = xylem::soc::firmware_elf() {
