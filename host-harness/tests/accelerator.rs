@@ -30,7 +30,7 @@ fn scene(count: u32, morton: MortonWidth) -> SceneBlob {
     let mut state = 7u64;
     let mut around = |reach: i64| {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (((state >> 33) as i64 * reach >> 30) - reach) as i32
+        ((((state >> 33) as i64 * reach) >> 30) - reach) as i32
     };
     let mut point = |reach| IVec3::new(around(reach), around(reach), around(reach));
     let mut triangles: Vec<Triangle> = Vec::new();
