@@ -9,7 +9,7 @@ use xylem_core::compress::Placement;
 use xylem_core::geom::{Aabb, Ray};
 use xylem_core::mem::{Bus, ByteAddr, Region};
 use xylem_core::node::{Bvh2Node, Bvh2View, Child, LeafEntry, NodeIndex, Quantization};
-use xylem_core::num::{SubGrid, Time};
+use xylem_core::num::{Grid, SubGrid, Time};
 use xylem_core::traverse::{Query, Scene, TraceError, trace};
 
 use super::{Column, ExperimentError, Table, Value};
@@ -145,7 +145,9 @@ fn round(
                 for axis in 0..3 {
                     if is_rounded(bounds.max[axis] - bounds.min[axis]) {
                         bounds.min[axis] = decoded.min[axis];
-                        bounds.max[axis] = decoded.max[axis];
+                        // A cell at the upper end of the grid ends a unit above it, where a 64-byte
+                        // node has no coordinate.
+                        bounds.max[axis] = decoded.max[axis].min(Grid::DEFAULT.max());
                     }
                 }
             }
