@@ -223,7 +223,7 @@ fn rtl_and_model_agree_in_every_output_of_every_cycle() {
         return;
     }
     for (config, seeds, cycles) in
-        [(MergeSortConfig::SMALL, 1..=3, 100_000), (MergeSortConfig::PAPER, 4..=4, 100_000)]
+        [(MergeSortConfig::SMALL, 1..=3, 100_000), (MergeSortConfig::PAPER, 4..=4, 250_000)]
     {
         let library = build(config, None).unwrap_or_else(|error| panic!("{error}"));
         for seed in seeds {

@@ -39,8 +39,13 @@ fn input(random: &mut Random, count: u32) -> Vec<u8> {
         let at = 64 + 32 * random.below(count.into()) as usize;
         let record = &mut image[at..at + 32];
         let axis = 4 * random.below(3) as usize;
-        match random.below(3) {
+        match random.below(4) {
             0 => record[axis + 3] ^= 0x40,
+            // Below the grid, by one or so much that one bit more would hold it.
+            3 => {
+                let lo = -(1 << 23) - 1 - random.below(1 << 23) as i32 * random.below(2) as i32;
+                record[axis..axis + 4].copy_from_slice(&lo.to_le_bytes());
+            }
             // The lower corner one above the upper one; off the grid at its upper end, which is as good.
             1 => {
                 let hi: [u8; 4] = std::array::from_fn(|i| record[axis + 12 + i]);
