@@ -12,6 +12,8 @@ set -uo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/tools.sh"
 cd "$XYLEM_ROOT"
 export XYLEM_REQUIRE_TOOLS=1 CARGO_TERM_COLOR=${CARGO_TERM_COLOR:-auto}
+# Everything is built once here; what would make the next build quicker fills gigabytes.
+export CARGO_INCREMENTAL=${CARGO_INCREMENTAL:-0}
 
 # name, what it promises, command
 stages=(
