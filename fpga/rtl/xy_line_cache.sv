@@ -2,8 +2,8 @@
 //
 // Handshake   word_valid_i asks for the word at word_addr_i (in words); both stay until word_ready_o. The word is
 //             at data_o from the next cycle on, until another one is taken.
-//             A word that is not there has its line read by the read port (see the README for its rules): asked
-//             from the next cycle on, kept when it comes, and the word is taken in the cycle after.
+//             A word that is not there has its line read: rd_valid_o asks for it from the next cycle on until
+//             rd_ready_i, rsp_valid_i brings it a cycle later or more, and the word is taken in the cycle after.
 //             clear_i forgets all lines; no read may be under way.
 // Latency     1 cycle, and for a miss 2 more than memory takes.
 // Throughput  one word a cycle.

@@ -24,9 +24,8 @@
 //               leaf    8 an entry and the triangle test's 20, 63 or 129
 // Memory      It asks only for records below the counts that it is given: whoever starts it sees to it that the
 //             regions have room for them. Regions begin on a line.
-// Errors      As the core's, but: nodes Depth levels below the root are corrupt even if few wait, and so are
-//             nodes whose index or entry was met too often. Error indices are those of the ray, node, leaf
-//             table entry or triangle.
+// Errors      As the core's, but that a node Depth levels below the root is corrupt however few nodes wait. The
+//             index is that of the ray, node, leaf table entry or triangle.
 module xy_traverser #(
     parameter int unsigned Depth      = 95,   // levels of nodes, the core's MAX_DEPTH
     parameter int unsigned CacheWidth = 4,    // 2^CacheWidth lines

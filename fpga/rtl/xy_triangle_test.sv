@@ -182,8 +182,13 @@ module xy_triangle_test (
   assign term = SumWidth'(signed'(product_a_i)) + {product_b_i[SumWidth-HalfWidth-1:0], {HalfWidth{1'b0}}};
 
   always_ff @(posedge clk_i) begin
-    if (group2_q == GroupP || group2_q == GroupQ) cross_q[axis2_q] <= difference;
     sum_q <= (axis2_q == 2'd0 ? '0 : sum_q) + term;
+  end
+
+  for (genvar i = 0; i < 3; i++) begin : gen_cross
+    always_ff @(posedge clk_i) begin
+      if ((group2_q == GroupP || group2_q == GroupQ) && axis2_q == 2'(i)) cross_q[i] <= difference;
+    end
   end
 
   logic unused_product;

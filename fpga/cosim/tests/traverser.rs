@@ -169,6 +169,27 @@ fn a_job_that_is_given_up_leaves_nothing_behind() {
 }
 
 #[test]
+fn a_tree_that_is_deeper_than_the_unit_is_an_error() {
+    if !tools_for("a_tree_that_is_deeper_than_the_unit_is_an_error") {
+        return;
+    }
+    let set = Set::new("flake_small", 4, 13);
+    for depth in [5, 12] {
+        let config = TraverserConfig { name: "shallow", depth, ..TraverserConfig::SMALL };
+        let mut rtl = load(config, None, depth);
+        let mut random = Random::new(depth.into());
+        for (name, format) in FORMATS {
+            let (mut memory, job) = set.job(format, Query::Closest);
+            let summary = rtl
+                .run(&mut memory, &job, PACES[0], &mut random, None)
+                .unwrap_or_else(|stop| panic!("depth {depth}, {name}: {stop}"));
+            let error = summary.error;
+            assert!(matches!(error, Some(TraverserError::CorruptNode(_))), "{depth}: {error:?}");
+        }
+    }
+}
+
+#[test]
 fn configurations_are_the_same_in_rust_and_rtl() {
     let text = include_str!("../../rtl/configs.toml");
     let table: toml::Table = text.parse().unwrap();
