@@ -11,6 +11,9 @@ xy_decoded.sv
 xy_mismatch.sv
 xy_encoder.sv
 xy_recoder.sv
+xy_descend.sv
+xy_treelet_stack.sv
+xy_treelet.sv
 xy_pair_writer.sv
 xy_backtrack.sv
 xy_compressor.sv

@@ -80,11 +80,11 @@ lint multimerge small Capacity 128 Burst 4 Fifo 4
 lint multimerge paper Capacity 8192 Burst 16 Fifo 16
 lint mergesort small Capacity 128 Burst 4 Sorters 2 Fifo 4 ReadAhead 8
 lint mergesort paper Capacity 8192 Burst 16 Sorters 8 Fifo 16 ReadAhead 32
-for bits in 4 6; do
-    lint compressor "bits$bits" Bits $bits
-done
-lint compress small BurstLines 2 Bits 4 Margin 2 MinScale 2
-lint compress paper BurstLines 8 Bits 6 Margin 1 MinScale 0
+lint compress single BurstLines 2 Depth 1 Bits 4 Margin 2 MinScale 2
+lint compress small BurstLines 2 Depth 2 Bits 5 Margin 1 MinScale 0
+lint compress deep BurstLines 2 Depth 3 Bits 4 Margin 2 MinScale 1
+lint compress deepest BurstLines 2 Depth 4 Bits 4 Margin 1 MinScale 0
+lint compress paper BurstLines 8 Depth 2 Bits 6 Margin 1 MinScale 0
 
 lint top small Capacity 128 Burst 4 Sorters 2 Fifo 4 ReadAhead 8 TimeOut 2000
 lint top paper Capacity 8192 Burst 16 Sorters 8 Fifo 16 ReadAhead 32

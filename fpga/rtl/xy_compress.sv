@@ -10,12 +10,13 @@
 //             must come before the next start.
 //             error_o[2:0] as in xy_compressor, error_o[3]: the leaf table's region is full.
 //             clear_i: the state after reset, in the next cycle; a response under way must be kept away.
-// Latency     7 cycles from the last item to the flush of what is open, while nothing is to be repaired.
+// Latency     7 cycles from the last item to the flush of what is open, with Depth 1 and without a repair.
 // Throughput  as the emitter's, while nothing is to be repaired.
 // Cut paths   as in xy_emitter, xy_compressor and xy_burst_writer.
 module xy_compress #(
     parameter int unsigned CodeWidth  = 63,
     parameter int unsigned BurstLines = 8,  // of the leaf table
+    parameter int unsigned Depth      = 2,  // of treelets, 1 to 4
     parameter int unsigned Bits       = 6,
     parameter int unsigned Margin     = 1,
     parameter int unsigned MinScale   = 0
@@ -101,6 +102,7 @@ module xy_compress #(
   );
 
   xy_compressor #(
+      .Depth   (Depth),
       .Bits    (Bits),
       .Margin  (Margin),
       .MinScale(MinScale)

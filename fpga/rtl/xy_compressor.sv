@@ -1,12 +1,13 @@
-// Streaming compressor: exact nodes in, children before parents; quantized pairs out as they come (P3 §4),
-// treelets of depth 1.
+// Streaming compressor: exact nodes in, children before parents; quantized pairs out as they come (P3 §4).
 //
-//   node ──► contexts of the node and of both children ──► encoders ──► last ──► pair writer ──► wr
-//                (3 stages)                               (2 stages)      │                      ▲
-//                                                                         └─► backtrack ─────────┘ ◄─ rd
+//   node ──► treelet ──► path of boxes ──► contexts down the path ──► encoders ──► last ──► pair writer ──► wr
+//                                                                                   │                      ▲
+//                                                                                   └─► backtrack ─────────┘ ◄─ rd
 //
-// A node is encoded in the context that its own box suggests. A child was, too, when it came; if the context
-// that its parent gives it differs, it is encoded again in memory before the parent's pair follows. All is
+// A node waits in a treelet until its context can be found from the boxes of Depth - 1 nodes above it; with
+// Depth 1 it passes at once, in the context that its own box suggests. Its children in memory were encoded
+// in the context that the boxes above them gave then: those of the same path, without the first one. If that
+// differs from the context that they have now, they are encoded again before the node's pair follows. All is
 // found from boxes; of nodes that were written nothing is kept.
 //
 // Handshake   start_i takes the region; nothing may be under way, and nodes come from the next cycle on.
@@ -17,10 +18,11 @@
 //             error_o: [0] a box turned inside out or outside its parent's, or a line that no compressor
 //             wrote; [1] the region is full; [2] an index has more than 27 bits. Nothing more happens then.
 //             clear_i: the state after reset, in the next cycle; a response under way must be kept away.
-// Latency     6 cycles from a node to its pair.
-// Throughput  one node a cycle, while none is to be repaired.
+// Latency     6 cycles from a node to its pair, and 2 more for each layer of treelets above the first.
+// Throughput  one node a cycle while none is to be repaired; in treelets, as many cycles as nodes leave for it.
 // Cut paths   all but wr_data_o and node_ready_o, which comes from few gates behind registers.
 module xy_compressor #(
+    parameter int unsigned Depth    = 2,  // of treelets, 1 to 4
     parameter int unsigned Bits     = 6,  // of a coordinate, 4 to 6
     parameter int unsigned Margin   = 1,  // of estimates, 0 to 3
     parameter int unsigned MinScale = 0   // no grid is finer, 0 to 15
@@ -60,61 +62,162 @@ module xy_compressor #(
     output logic [2:0]       error_o
 );
 
-  localparam int unsigned CodeBits = 6 * Bits;
-  localparam int unsigned Stages   = 6;  // registers from a node to its encoded pair
+  localparam int unsigned CodeBits  = 6 * Bits;
+  localparam int unsigned S         = xy_pkg::SubtreeBits;
+  localparam int unsigned BoxBits   = 6 * xy_pkg::CoordWidth;
+  localparam int unsigned PlaceBits = 3 * (xy_pkg::CoordWidth + xy_pkg::MaxQuant + 1 + 5);
+  localparam int unsigned Encode    = 3 + 2 * (Depth - 1);  // stage whose contexts the encoders take
+  localparam int unsigned Last      = Encode + 2;
 
-  // What goes beside a node through the stages. The root comes last, as the left child of a node that is not
-  // one: its context is exact, and there is nothing to write.
-  typedef struct packed {
-    xy_pkg::subtree_t right;
-    xy_pkg::subtree_t left;
-    logic             is_root;
-  } node_t;
+  // --- In: what leaves for the stages, with the boxes on the way down to it ---
 
-  logic              enable;
-  logic [Stages-1:0] valid_q;
+  logic enable;  // everything moves a stage on
 
-  // --- In ---
-
-  logic             ended_q, root_comes, valid_d;
-  node_t            node_d, node0_q, node1_q, node2_q, node3_q;
-  xy_pkg::box_t     box, box_d, box0_q;
-
+  xy_pkg::box_t box;
+  logic         root_comes;
   xy_union u_box (.a_i(left_i.box), .b_i(right_i.box), .box_o(box));
+  assign root_comes = end_i && root_valid_i && (root_i.count == '0);
 
-  assign root_comes   = end_i && !ended_q && root_valid_i && (root_i.count == '0);
-  assign node_ready_o = enable && !end_i;
-  assign valid_d      = root_comes || (node_valid_i && !end_i);
-  assign node_d       = root_comes ? {root_i, root_i, 1'b1} : {right_i, left_i, 1'b0};
-  assign box_d        = root_comes ? root_i.box : box;
+  // Nodes in the stages. An item that is no node, with Depth 1, is the root as a left child: its context is
+  // exact, and there is nothing to write.
+  logic                                item_valid;
+  logic [Depth-1:0][BoxBits-1:0] item_path;
+  logic [1:0][S-1:0]             item_node;
+  logic                          item_exact, item_settled, item_last, item_is_node;
+
+  if (Depth == 1) begin : gen_node
+    logic                in_valid_q, ended_q, is_root_q, takes;
+    logic [2*S-1:0]      in_q;
+    logic [BoxBits-1:0]  in_box_q;
+
+    assign takes = (!in_valid_q || enable) && (end_i ? root_comes && !ended_q : node_valid_i);
+
+    always_ff @(posedge clk_i or negedge rst_ni) begin
+      if (!rst_ni) begin
+        in_valid_q <= 1'b0;
+        ended_q    <= 1'b0;
+      end else if (clear_i) begin
+        in_valid_q <= 1'b0;
+        ended_q    <= 1'b0;
+      end else begin
+        if (takes || enable) in_valid_q <= takes;
+        if (takes) ended_q <= end_i;
+      end
+    end
+
+    always_ff @(posedge clk_i) begin
+      if (takes) begin
+        in_q      <= end_i ? {root_i, root_i} : {right_i, left_i};
+        in_box_q  <= end_i ? root_i.box : box;
+        is_root_q <= end_i;
+      end
+    end
+
+    assign node_ready_o = (!in_valid_q || enable) && !end_i;
+    assign item_valid   = in_valid_q;
+    assign item_node    = in_q;
+    assign item_path    = in_box_q;
+    assign item_exact   = is_root_q;
+    assign item_settled = 1'b0;
+    assign item_last    = is_root_q;
+    assign item_is_node = !is_root_q;
+  end else begin : gen_treelet
+    logic treelet_ready;
+
+    xy_treelet #(.Depth(Depth)) u_treelet (
+        .clk_i,
+        .rst_ni,
+        .clear_i,
+        .enable_i      (enable),
+        .node_valid_i  (node_valid_i && !end_i),
+        .node_ready_o  (treelet_ready),
+        .left_i,
+        .right_i,
+        .box_i         (end_i ? root_i.box : box),
+        .root_valid_i  (root_comes),
+        .item_valid_o  (item_valid),
+        .item_root_o   (item_exact),
+        .item_settled_o(item_settled),
+        .item_last_o   (item_last),
+        .path_o        (item_path),
+        .left_o        (item_node[0]),
+        .right_o       (item_node[1])
+    );
+
+    assign node_ready_o = treelet_ready && !end_i;
+    assign item_is_node = 1'b1;
+  end
+
+  logic [Last:1]                         valid_q, settled_q, last_q, is_node_q;
+  logic [Last:1][Depth-1:0][BoxBits-1:0] path_q;
+  logic [Last:1][1:0][S-1:0]             node_q;
+
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) valid_q <= '0;
+    else if (clear_i) valid_q <= '0;
+    else if (enable) valid_q <= {valid_q[Last-1:1], item_valid};
+  end
 
   always_ff @(posedge clk_i) begin
     if (enable) begin
-      node0_q <= node_d;
-      box0_q  <= box_d;
-      node1_q <= node0_q;
-      node2_q <= node1_q;
-      node3_q <= node2_q;
+      path_q    <= {path_q[Last-1:1], item_path};
+      node_q    <= {node_q[Last-1:1], item_node};
+      settled_q <= {settled_q[Last-1:1], item_settled};
+      last_q    <= {last_q[Last-1:1], item_last};
+      is_node_q <= {is_node_q[Last-1:1], item_is_node};
     end
   end
 
-  // --- Contexts ---
+  // --- Contexts: down the path, and down the path without its first box to the children ---
 
-  xy_pkg::place_t place, left_old, right_old;
-  logic [2:0]     boxes_ok;
+  logic [Depth-1:0][PlaceBits-1:0] place;
+  logic [Depth-1:0]                place_ok;
+  logic [1:0][PlaceBits-1:0]       stale;  // of the children, in which theirs were encoded
+  logic [1:0]                      stale_ok;
 
   xy_context #(.Bits(Bits), .Margin(Margin), .MinScale(MinScale)) u_context (
       .clk_i, .rst_ni, .enable_i(enable),
-      .box_i(box0_q), .exact_i(node0_q.is_root), .place_o(place), .ok_o(boxes_ok[0])
+      .box_i(item_path[0]), .exact_i(item_exact), .place_o(place[0]), .ok_o(place_ok[0])
   );
-  xy_context #(.Bits(Bits), .Margin(Margin), .MinScale(MinScale)) u_left_old (
-      .clk_i, .rst_ni, .enable_i(enable),
-      .box_i(node0_q.left.box), .exact_i(1'b0), .place_o(left_old), .ok_o(boxes_ok[1])
-  );
-  xy_context #(.Bits(Bits), .Margin(Margin), .MinScale(MinScale)) u_right_old (
-      .clk_i, .rst_ni, .enable_i(enable),
-      .box_i(node0_q.right.box), .exact_i(1'b0), .place_o(right_old), .ok_o(boxes_ok[2])
-  );
+
+  for (genvar j = 1; j < Depth; j++) begin : gen_descend
+    xy_descend #(.Bits(Bits), .MinScale(MinScale)) u_descend (
+        .clk_i, .rst_ni, .enable_i(enable),
+        .place_i(place[j-1]), .box_i(path_q[2*j+1][j]), .ok_i(place_ok[j-1]),
+        .place_o(place[j]), .ok_o(place_ok[j])
+    );
+  end
+
+  if (Depth == 1) begin : gen_stale
+    for (genvar i = 0; i < 2; i++) begin : gen_child
+      xy_context #(.Bits(Bits), .Margin(Margin), .MinScale(MinScale)) u_context (
+          .clk_i, .rst_ni, .enable_i(enable),
+          .box_i(item_node[i][BoxBits-1:0]), .exact_i(1'b0), .place_o(stale[i]), .ok_o(stale_ok[i])
+      );
+    end
+  end else begin : gen_stale_path
+    logic [Depth-1:1][PlaceBits-1:0] above;
+    logic [Depth-1:1]                above_ok;
+
+    xy_context #(.Bits(Bits), .Margin(Margin), .MinScale(MinScale)) u_context (
+        .clk_i, .rst_ni, .enable_i(enable),
+        .box_i(item_path[1]), .exact_i(1'b0), .place_o(above[1]), .ok_o(above_ok[1])
+    );
+    for (genvar j = 2; j < Depth; j++) begin : gen_descend
+      xy_descend #(.Bits(Bits), .MinScale(MinScale)) u_descend (
+          .clk_i, .rst_ni, .enable_i(enable),
+          .place_i(above[j-1]), .box_i(path_q[2*j-1][j]), .ok_i(above_ok[j-1]),
+          .place_o(above[j]), .ok_o(above_ok[j])
+      );
+    end
+    for (genvar i = 0; i < 2; i++) begin : gen_child
+      xy_descend #(.Bits(Bits), .MinScale(MinScale)) u_descend (
+          .clk_i, .rst_ni, .enable_i(enable),
+          .place_i(above[Depth-1]), .box_i(node_q[Encode-2][i][BoxBits-1:0]),
+          .ok_i(above_ok[Depth-1]), .place_o(stale[i]), .ok_o(stale_ok[i])
+      );
+    end
+  end
 
   // --- Codes ---
 
@@ -124,55 +227,50 @@ module xy_compressor #(
 
   xy_encoder #(.Bits(Bits), .MinScale(MinScale)) u_left (
       .clk_i, .rst_ni, .enable_i(enable), .modulo_i,
-      .place_i(place), .box_i(node3_q.left.box), .old_i(left_old),
+      .place_i(place[Depth-1]), .box_i(node_q[Encode][0][BoxBits-1:0]), .old_i(stale[0]),
       .code_o(code[0]), .old_o(old0), .new_o(new0), .needed_o(needed[0]), .ok_o(codes_ok[0])
   );
   xy_encoder #(.Bits(Bits), .MinScale(MinScale)) u_right (
       .clk_i, .rst_ni, .enable_i(enable), .modulo_i,
-      .place_i(place), .box_i(node3_q.right.box), .old_i(right_old),
+      .place_i(place[Depth-1]), .box_i(node_q[Encode][1][BoxBits-1:0]), .old_i(stale[1]),
       .code_o(code[1]), .old_o(old1), .new_o(new1), .needed_o(needed[1]), .ok_o(codes_ok[1])
   );
 
-  // Of the node, from here on only pointers.
-  typedef struct packed {
-    logic             ok;
-    logic             is_root;
-    logic [1:0]       leaf;
-    logic [1:0][31:0] index;
-  } tail_t;
-
-  tail_t tail4_q, last_q;
+  logic ok1_q, ok2_q;
 
   always_ff @(posedge clk_i) begin
     if (enable) begin
-      tail4_q.ok      <= boxes_ok == '1;
-      tail4_q.is_root <= node3_q.is_root;
-      tail4_q.leaf    <= {node3_q.right.count != '0, node3_q.left.count != '0};
-      tail4_q.index   <= {node3_q.right.index, node3_q.left.index};
-      last_q          <= tail4_q;
+      ok1_q <= place_ok[Depth-1] && (stale_ok == '1);
+      ok2_q <= ok1_q;
     end
   end
 
   // --- The last stage: repairs, child 0 first, then the pair ---
 
-  logic       last_valid, sound, fits, repairs_ready, start_repair, passes;
-  logic [1:0] repaired_q, wanted;
-  assign last_valid = valid_q[Stages-1];
-  assign sound      = last_q.ok && (codes_ok == '1);
-  assign fits      = (last_q.index[0][31:27] == '0) && (last_q.index[1][31:27] == '0);
-  assign wanted     = needed & ~last_q.leaf & ~repaired_q & {!last_q.is_root, 1'b1};
+  xy_pkg::subtree_t   child0, child1;
+  logic [1:0][27:0]   tail;  // pointer and leaf bit
+  logic               last_valid, sound, fits, repairs_ready, start_repair, passes;
+  logic [1:0]         leaf, repaired_q, wanted;
+  assign child0     = node_q[Last][0];
+  assign child1     = node_q[Last][1];
+  assign tail       = {child1.index[26:0], leaf[1], child0.index[26:0], leaf[0]};
+  assign leaf       = {child1.count != '0, child0.count != '0};
+  assign last_valid = valid_q[Last];
+  assign sound      = ok2_q && (codes_ok == '1);
+  assign fits       = (child0.index[31:27] == '0) && (child1.index[31:27] == '0);
+  assign wanted     = (settled_q[Last] ? 2'b00 : needed) & ~leaf & ~repaired_q & {is_node_q[Last], 1'b1};
   assign start_repair = last_valid && sound && fits && (wanted != '0) && repairs_ready;
 
   logic [127:0] pair;
   logic         pair_valid, pair_ready;
   for (genvar i = 0; i < 2; i++) begin : gen_word
-    assign pair[64*i+:64] = 64'({last_q.index[i][26:0], last_q.leaf[i], code[i]});
+    assign pair[64*i+:64] = 64'({tail[i], code[i]});
   end
 
   assign pair_valid = last_valid && sound && fits && (wanted == '0) && repairs_ready
-      && !last_q.is_root;
+      && is_node_q[Last];
   assign passes     = last_valid && sound && fits && (wanted == '0) && repairs_ready
-      && (last_q.is_root || pair_ready);
+      && (!is_node_q[Last] || pair_ready);
   assign enable     = !last_valid || passes;
 
   logic         flush, open, sending, writer_error;
@@ -217,7 +315,7 @@ module xy_compressor #(
       .region_size_i,
       .start_i    (start_repair),
       .ready_o    (repairs_ready),
-      .index_i    (wanted[0] ? last_q.index[0][26:0] : last_q.index[1][26:0]),
+      .index_i    (wanted[0] ? child0.index[26:0] : child1.index[26:0]),
       .old_i      (wanted[0] ? old0 : old1),
       .new_i      (wanted[0] ? new0 : new1),
       .flush_o    (flush),
@@ -248,32 +346,30 @@ module xy_compressor #(
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      valid_q    <= '0;
-      ended_q    <= 1'b0;
       repaired_q <= '0;
       final_q    <= 1'b0;
     end else if (clear_i) begin
-      valid_q    <= '0;
-      ended_q    <= 1'b0;
       repaired_q <= '0;
       final_q    <= 1'b0;
     end else begin
-      if (enable) begin
-        valid_q    <= {valid_q[Stages-2:0], valid_d};
-        repaired_q <= '0;
-      end
+      if (enable) repaired_q <= '0;
       if (start_repair) repaired_q <= repaired_q | (wanted[0] ? 2'b01 : 2'b10);
-      if (end_i && (enable || !root_comes)) ended_q <= 1'b1;
       // A tree without a node has no root in the stream.
-      if (passes && last_q.is_root) final_q <= 1'b1;
-      if (end_i && !ended_q && !root_comes) final_q <= 1'b1;
+      if ((passes && last_q[Last]) || (end_i && !root_comes)) final_q <= 1'b1;
     end
   end
+
+  logic unused_bits;
+  assign unused_bits = ^{path_q, child0.box, child1.box, root_i.index};
 
   assign done_o  = final_q && !open && !sending;
   assign error_o = {last_valid && !fits, writer_error, repair_error || (last_valid && !sound)};
 
 `ifndef SYNTHESIS
+  initial begin
+    if (Depth < 1 || Depth > 4) $fatal(1, "xy_compressor: Depth is %0d, must be 1 to 4", Depth);
+  end
+
   // Their lines would be mixed.
   a_one_line :
   assert property (@(posedge clk_i) disable iff (!rst_ni) !(pair_wr_valid && line_wr_valid));

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use xylem::machine::compress::CompressUnit;
-use xylem_core::compress::{Compression, Repairs};
+use xylem_core::compress::{Compression, HeldNode, Repairs};
 use xylem_core::error::{BuildError, RegionName};
 use xylem_core::mem::Region;
 use xylem_core::node::{Coordinates, LeafEntry, Quantization};
@@ -24,6 +24,8 @@ pub struct CompressConfig {
     pub name: &'static str,
     /// Lines of a burst of leaf table entries.
     pub burst_lines: u32,
+    /// Layers of treelets.
+    pub depth: u8,
     /// Bits of a coordinate.
     pub bits: u8,
     /// Margin of estimates.
@@ -33,14 +35,17 @@ pub struct CompressConfig {
 }
 
 impl CompressConfig {
-    /// Short bursts, few bits, a wide margin.
+    /// No treelets, few bits, a wide margin.
+    pub const SINGLE: Self =
+        Self { name: "single", burst_lines: 2, depth: 1, bits: 4, margin: 2, min_scale: 2 };
+    /// Short bursts.
     pub const SMALL: Self =
-        Self { name: "small", burst_lines: 2, bits: 4, margin: 2, min_scale: 2 };
+        Self { name: "small", burst_lines: 2, depth: 2, bits: 5, margin: 1, min_scale: 0 };
     /// The builder's.
     pub const PAPER: Self =
-        Self { name: "paper", burst_lines: 8, bits: 6, margin: 1, min_scale: 0 };
+        Self { name: "paper", burst_lines: 8, depth: 2, bits: 6, margin: 1, min_scale: 0 };
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::SMALL, Self::PAPER];
+    pub const ALL: [Self; 3] = [Self::SINGLE, Self::SMALL, Self::PAPER];
 }
 
 /// Builds the unit in `config`, with a fault if `mutation` says so.
@@ -50,6 +55,7 @@ impl CompressConfig {
 pub fn build(config: CompressConfig, mutation: Option<Mutation>) -> Result<PathBuf, CosimError> {
     let parameters = [
         ("BurstLines", config.burst_lines.into()),
+        ("Depth", config.depth.into()),
         ("Bits", config.bits.into()),
         ("Margin", config.margin.into()),
         ("MinScale", config.min_scale.into()),
@@ -178,7 +184,7 @@ impl Tree {
             },
             compression: Compression {
                 quantization,
-                treelet_depth: 1,
+                treelet_depth: config.depth,
                 margin: config.margin,
                 repairs: Repairs::InMemory,
             },
@@ -198,7 +204,8 @@ impl Tree {
     ) -> Result<(), Stop> {
         self.start(bench, pins)?;
         summary.model_cycles += 1;
-        let mut model = CompressUnit::new(&self.build, self.compression, &self.regions);
+        let mut held = vec![HeldNode::EMPTY; self.compression.held_nodes()];
+        let mut model = CompressUnit::new(&self.build, self.compression, &self.regions, &mut held);
         let (mut image, mut memory) = (vec![0; MEMORY], vec![0; MEMORY]);
         let mut items = self.items.iter().peekable();
         let (mut offered, mut after, mut failed) = (false, 0, 0u64);
@@ -337,7 +344,7 @@ impl Tree {
         &self,
         bench: &Bench,
         pins: &Pins,
-        model: &CompressUnit,
+        model: &CompressUnit<'_>,
         image: &[u8],
     ) -> Result<(), Stop> {
         bench.expect(pins.error_o, 0u64)?;

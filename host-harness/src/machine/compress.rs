@@ -1,6 +1,6 @@
 //! Cycle model of the emitter with the streaming compressor behind it, `xy_compress`.
 
-use xylem_core::compress::Compression;
+use xylem_core::compress::{Compression, HeldNode};
 use xylem_core::error::{BuildError, RegionName};
 use xylem_core::node::{Bvh2Node, LeafEntry, NodeFormat, Tree};
 use xylem_core::pipeline::{BuildConfig, BuildRegions};
@@ -15,9 +15,9 @@ use super::writer::Writer;
 
 /// The emitter and the compressor between the merge's FIFO and the memory port.
 #[derive(Debug)]
-pub struct CompressUnit {
+pub struct CompressUnit<'a> {
     emitter: EmitterUnit,
-    compressor: CompressorUnit,
+    compressor: CompressorUnit<'a>,
     leaf_table: Writer,
     /// What the emitter gives the compressor in this cycle.
     link: Link,
@@ -30,13 +30,18 @@ struct Link {
     end: bool,
 }
 
-impl CompressUnit {
-    /// A unit that has seen nothing.
-    pub fn new(config: &BuildConfig, compression: Compression, regions: &BuildRegions) -> Self {
+impl<'a> CompressUnit<'a> {
+    /// A unit that has seen nothing; `held` has [`Compression::held_nodes`] places.
+    pub fn new(
+        config: &BuildConfig,
+        compression: Compression,
+        regions: &BuildRegions,
+        held: &'a mut [HeldNode],
+    ) -> Self {
         let format = NodeFormat::Quantized(compression.quantization);
         Self {
             emitter: EmitterUnit::new(config.max_leaf_size),
-            compressor: CompressorUnit::new(compression, regions.nodes),
+            compressor: CompressorUnit::new(compression, regions.nodes, held),
             leaf_table: Writer::new(
                 regions.leaf_table,
                 RegionName::LeafTable,
@@ -102,12 +107,12 @@ impl CompressUnit {
     }
 
     /// The compressor.
-    pub fn compressor(&self) -> &CompressorUnit {
+    pub fn compressor(&self) -> &CompressorUnit<'a> {
         &self.compressor
     }
 
     /// The compressor, to be told what became of its lines.
-    pub fn compressor_mut(&mut self) -> &mut CompressorUnit {
+    pub fn compressor_mut(&mut self) -> &mut CompressorUnit<'a> {
         &mut self.compressor
     }
 

@@ -1,6 +1,7 @@
 //! What takes the merge's output: the hierarchy emitter in gates' detail, or another emitter by its
 //! tape.
 
+use xylem_core::compress::HeldNode;
 use xylem_core::emit::EmitterKind;
 use xylem_core::error::BuildError;
 use xylem_core::node::Tree;
@@ -27,7 +28,7 @@ pub(super) enum Tail<'a> {
     /// The hierarchy emitter, modelled unit by unit.
     Emitter(EmitUnit),
     /// The hierarchy emitter with the streaming compressor, likewise.
-    Compress(CompressUnit),
+    Compress(CompressUnit<'a>),
     /// Any emitter of the core, played from tape.
     Tape(TapeUnit<'a>),
     /// No emitter: whoever watches the sorter.
@@ -72,21 +73,24 @@ pub(super) struct TapeUnit<'a> {
 /// Write ports of the tail.
 pub(super) const PORTS: usize = 2;
 
-impl Tail<'_> {
-    /// The units of the emitter that `config` asks for, if there are any.
-    pub fn units(config: &BuildConfig, regions: &BuildRegions) -> Option<Self> {
-        let plain = config.emitter == EmitterKind::Lbvh
+impl<'a> Tail<'a> {
+    /// Whether there are units for the emitter that `config` asks for.
+    pub fn has_units(config: &BuildConfig) -> bool {
+        config.emitter == EmitterKind::Lbvh
             && config.top_level == TopLevel::None
             && config.join_leaves == 0
             && config.sharing.is_none()
-            && !config.collapse;
+            && !config.collapse
+            && config.compression.as_ref().is_none_or(CompressorUnit::has)
+    }
+
+    /// Those units; `held` has room for what the compressor holds.
+    pub fn units(config: &BuildConfig, regions: &BuildRegions, held: &'a mut [HeldNode]) -> Self {
         match config.compression {
-            _ if !plain => None,
-            None => Some(Self::Emitter(EmitUnit::new(config, regions))),
-            Some(compression) if CompressorUnit::has(&compression) => {
-                Some(Self::Compress(CompressUnit::new(config, compression, regions)))
+            None => Self::Emitter(EmitUnit::new(config, regions)),
+            Some(compression) => {
+                Self::Compress(CompressUnit::new(config, compression, regions, held))
             }
-            Some(_) => None,
         }
     }
 

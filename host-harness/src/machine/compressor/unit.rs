@@ -1,19 +1,20 @@
-//! Cycle model of the streaming compressor in gates, `xy_compressor`, with treelets of depth 1.
+//! Cycle model of the streaming compressor in gates, `xy_compressor`.
 //!
 //! | Property | Value |
 //! |---|---|
-//! | Throughput | one node a cycle, while none is to be repaired |
-//! | Latency | 6 cycles from a node to its pair: three for contexts, two for codes, one on either side |
+//! | Throughput | one pair a cycle, while no node is to be repaired |
+//! | Input | a node stays until what leaves its treelet has left: a cycle for each pair, at least one |
+//! | Latency | 6 cycles from a node to a pair, 2 more for each layer of treelets above the first |
 //! | Repair | read, 3 cycles to recode both children, write; the next one reads after that |
 //! | Order | a node's repairs, those below child 0 first, then its pair; it holds up what follows |
 //! | Reads | wait until no line is being sent; the open line is sent first if it is the one wanted |
 //!
-//! What it computes is `xylem_core::compress::Compressor`, which is asked when a node comes to the last
-//! stage; what it then reads and writes takes place in the cycles after that.
+//! What it computes is `xylem_core::compress::Compressor`, which is asked when a node comes in; what it then
+//! reads and writes takes place in the cycles in which the gates come to it.
 
 use std::collections::VecDeque;
 
-use xylem_core::compress::{Compression, Compressor, Place, Repairs};
+use xylem_core::compress::{Compression, Compressor, HeldNode, Place, Repairs};
 use xylem_core::error::{BuildError, RegionName};
 use xylem_core::mem::{Bus, ByteAddr, Region};
 use xylem_core::node::{Bvh2Node, Child, NodeIndex, Subtree};
@@ -23,25 +24,26 @@ use super::CompressorEvents;
 use crate::bus::{Tally, Traffic};
 use crate::machine::port::{LINE_BYTES, PortError};
 
-/// Registers from a node to its encoded pair; the last one is where repairs are asked for.
-const STAGES: usize = 6;
+/// Stages behind the one in which a node comes in, with treelets of depth 1; repairs are asked for in the
+/// last one.
+const STAGES: usize = 5;
+/// Stages more for each layer of treelets above the first.
+const LAYER: usize = 2;
 /// Pairs of a line.
 const PLACES: u32 = LINE_BYTES / 16;
 
 /// The compressor between the emitter and the memory port.
 #[derive(Debug)]
-pub struct CompressorUnit {
+pub struct CompressorUnit<'a> {
     /// The core's, until the root has come.
-    core: Option<Compressor<'static>>,
+    core: Option<Compressor<'a>>,
     nodes: u32,
-    stages: VecDeque<Option<Token>>,
-    /// What is left to do for the node in the last stage.
-    work: Work,
+    /// What leaves for the node that came in last, if that is still there.
+    input: Option<VecDeque<Item>>,
+    stages: VecDeque<Option<Item>>,
     repair: State,
     current: Option<Repair>,
     pairs: PairWriter,
-    /// The root has come in, or there was none.
-    ended: bool,
     /// Nothing but what is open is left.
     last: bool,
     read_taken: bool,
@@ -62,13 +64,6 @@ pub struct Inputs<'a> {
     pub root: Option<&'a Subtree>,
 }
 
-/// What goes through the stages.
-#[derive(Clone, Copy, Debug)]
-enum Token {
-    Node(Bvh2Node),
-    Root(Subtree),
-}
-
 /// Bytes that go to memory in one access, all in one line.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Line {
@@ -86,11 +81,17 @@ struct Repair {
     write: Line,
 }
 
-/// What the core did for a node: the repairs below each child, then perhaps a line that is full.
+/// What goes through the stages: what the core did for a pair.
 #[derive(Debug, Default)]
-struct Work {
+struct Item {
+    /// The repairs below each child.
     chains: VecDeque<VecDeque<Repair>>,
+    /// Whether a pair follows; not for a root that is already in memory.
+    is_node: bool,
+    /// A line that is then full, or, with the last item, what is left open.
     line: Option<Line>,
+    /// Nothing follows.
+    is_last: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -114,25 +115,26 @@ struct PairWriter {
     sending: Option<Line>,
 }
 
-impl CompressorUnit {
-    /// Whether there is a unit for `compression` in gates.
+impl<'a> CompressorUnit<'a> {
+    /// Whether this is the model of a unit for `compression`. The gates can be built for treelets of four
+    /// layers, but have been held against the model with one and two.
     pub fn has(compression: &Compression) -> bool {
-        compression.treelet_depth == 1
-            && compression.repairs == Repairs::InMemory
+        compression.repairs == Repairs::InMemory
             && compression.quantization.bits <= 6
+            && compression.treelet_depth <= 2
     }
 
-    /// A unit that has seen nothing and writes to `region`.
-    pub fn new(compression: Compression, region: Region) -> Self {
+    /// A unit that has seen nothing and writes to `region`; `held` as in [`Compressor::new`].
+    pub fn new(compression: Compression, region: Region, held: &'a mut [HeldNode]) -> Self {
+        let layers = usize::from(compression.treelet_depth).saturating_sub(1);
         Self {
-            core: Some(Compressor::new(compression, region, &mut [])),
+            core: Some(Compressor::new(compression, region, held)),
             nodes: 0,
-            stages: (0..STAGES).map(|_| None).collect(),
-            work: Work::default(),
+            input: None,
+            stages: (0..STAGES + LAYER * layers).map(|_| None).collect(),
             repair: State::Idle,
             current: None,
             pairs: PairWriter::default(),
-            ended: false,
             last: false,
             read_taken: false,
             write_taken: false,
@@ -144,7 +146,10 @@ impl CompressorUnit {
 
     /// Whether a node would be taken in this cycle; none is once the stream has ended.
     pub fn is_ready(&self) -> bool {
-        self.last_stage().is_none() || self.passes()
+        match &self.input {
+            None => true,
+            Some(items) => self.moves() && items.len() <= 1,
+        }
     }
 
     /// The line that it asks for.
@@ -189,23 +194,30 @@ impl CompressorUnit {
         inputs: &Inputs<'_>,
         image: &mut [u8],
     ) -> Result<(), BuildError<PortError>> {
-        let (passes, ready) = (self.passes(), self.is_ready());
-        let is_root = matches!(self.last_stage(), Some(Token::Root(_)));
-        if passes && let Some(line) = self.work.line.take() {
-            self.pairs.line = Some(line);
+        let (passes, moves, ready) = (self.passes(), self.moves(), self.is_ready());
+        let (mut pushes, mut ends) = (false, false);
+        if passes && let Some(item) = self.stages.back_mut().and_then(Option::as_mut) {
+            (pushes, ends) = (item.is_node, item.is_last);
+            if let Some(line) = item.line.take() {
+                self.pairs.line = Some(line);
+            }
         }
-        self.tick_pairs(passes && !is_root);
+        self.tick_pairs(pushes);
         self.tick_repair();
-
-        let inner = |root: &&Subtree| matches!(root.child, Child::Inner(_));
-        let root = inputs.root.filter(|_| inputs.end && !self.ended).filter(inner);
-        self.last |= passes && is_root || inputs.end && !self.ended && root.is_none();
-        self.ended |= inputs.end && (ready || root.is_none());
-        if ready {
-            let node = inputs.node.map(|node| Token::Node(*node));
+        if moves {
             self.stages.pop_back();
-            self.stages.push_front(root.map(|root| Token::Root(*root)).or(node));
-            self.run_core(image)?;
+            self.stages.push_front(self.input.as_mut().and_then(VecDeque::pop_front));
+        }
+        let is_inner = |root: &&Subtree| matches!(root.child, Child::Inner(_));
+        let root = inputs.root.filter(is_inner);
+        self.last |= ends || inputs.end && root.is_none();
+        if ready {
+            let root = root.filter(|_| inputs.end);
+            self.input = match (inputs.node, root) {
+                (Some(node), _) => Some(self.accept(node, image)?),
+                (None, Some(root)) if self.core.is_some() => Some(self.finish(root, image)?),
+                _ => None,
+            };
         }
         (self.read_taken, self.write_taken, self.arrived) = (false, false, false);
         Ok(())
@@ -226,18 +238,21 @@ impl CompressorUnit {
         *traffic += &self.traffic;
     }
 
-    fn last_stage(&self) -> Option<&Token> {
+    fn last_stage(&self) -> Option<&Item> {
         self.stages.back()?.as_ref()
     }
 
-    /// Whether the node in the last stage leaves it.
+    /// Whether the item in the last stage leaves it.
     fn passes(&self) -> bool {
-        let repaired = self.repair == State::Idle && self.work.chains.is_empty();
-        match self.last_stage() {
-            None => false,
-            Some(Token::Root(_)) => repaired,
-            Some(Token::Node(_)) => repaired && self.pairs.next < PLACES,
-        }
+        self.last_stage().is_some_and(|item| {
+            let repaired = self.repair == State::Idle && item.chains.is_empty();
+            repaired && (!item.is_node || self.pairs.next < PLACES)
+        })
+    }
+
+    /// Whether everything moves a stage on.
+    fn moves(&self) -> bool {
+        self.last_stage().is_none() || self.passes()
     }
 
     fn tick_pairs(&mut self, push: bool) {
@@ -268,8 +283,9 @@ impl CompressorUnit {
     }
 
     fn tick_repair(&mut self) {
+        let Some(item) = self.stages.back_mut().and_then(Option::as_mut) else { return };
         self.repair = match self.repair {
-            State::Idle if self.last_stage().is_some() => match self.work.chains.front_mut() {
+            State::Idle => match item.chains.front_mut() {
                 Some(chain) => {
                     self.current = chain.pop_front();
                     State::Request
@@ -281,9 +297,9 @@ impl CompressorUnit {
             State::Recode(1) => State::Write,
             State::Recode(left) => State::Recode(left - 1),
             State::Write if self.write_taken => {
-                self.current = self.work.chains.front_mut().and_then(VecDeque::pop_front);
+                self.current = item.chains.front_mut().and_then(VecDeque::pop_front);
                 if self.current.is_none() {
-                    self.work.chains.pop_front();
+                    item.chains.pop_front();
                     State::Idle
                 } else {
                     State::Request
@@ -293,69 +309,109 @@ impl CompressorUnit {
         };
     }
 
-    /// Lets the core do what is to be done for the node that is now in the last stage.
-    fn run_core(&mut self, image: &mut [u8]) -> Result<(), BuildError<PortError>> {
-        let Some(token) = self.last_stage().copied() else { return Ok(()) };
-        let mut bus = Recorder { image, accesses: Vec::new() };
-        let mut probe = Depths { depths: Vec::new(), events: self.events };
-        let outside = |error: BuildError<OutOfRange>| error.map_bus(|OutOfRange| PortError::Write);
-        match token {
-            Token::Node(node) => {
-                let core = self.core.as_mut().ok_or(BuildError::Internal)?;
-                let index = NodeIndex(self.nodes);
-                core.accept(&mut bus, &node, index, Place::Next, &mut probe).map_err(outside)?;
-                self.nodes += 1;
-            }
-            Token::Root(root) => {
-                let core = self.core.take().ok_or(BuildError::Internal)?;
-                core.finish(&mut bus, Some(&root), &mut probe).map_err(outside)?;
-            }
+    fn accept(
+        &mut self,
+        node: &Bvh2Node,
+        image: &mut [u8],
+    ) -> Result<VecDeque<Item>, BuildError<PortError>> {
+        let core = self.core.as_mut().ok_or(BuildError::Internal)?;
+        let (mut bus, mut probe) = (Recorder::new(image), Marks::new(self.events));
+        let index = NodeIndex(self.nodes);
+        core.accept(&mut bus, node, index, Place::Next, &mut probe).map_err(outside)?;
+        self.nodes += 1;
+        self.events = probe.events;
+        Ok(items(bus.accesses, &probe.marks, &mut self.traffic))
+    }
+
+    fn finish(
+        &mut self,
+        root: &Subtree,
+        image: &mut [u8],
+    ) -> Result<VecDeque<Item>, BuildError<PortError>> {
+        let core = self.core.take().ok_or(BuildError::Internal)?;
+        let (mut bus, mut probe) = (Recorder::new(image), Marks::new(self.events));
+        core.finish(&mut bus, Some(root), &mut probe).map_err(outside)?;
+        if !probe.marks.last().is_some_and(|mark| *mark == Mark::Pair) {
+            probe.marks.push(Mark::End);
         }
         self.events = probe.events;
-        self.work = Work::of(bus.accesses, probe.depths, &mut self.traffic);
-        Ok(())
+        let mut items = items(bus.accesses, &probe.marks, &mut self.traffic);
+        if let Some(item) = items.back_mut() {
+            item.is_last = true;
+        }
+        Ok(items)
     }
 }
 
 /// What the core did to memory.
-enum Record {
+enum Access {
     Read(u32, u32),
     Write(Line),
 }
 
-impl Work {
-    /// Sorts accesses: a read belongs to a repair, as does the write after it; a write before it made room
-    /// for it; and one alone is a line that is full.
-    fn of(accesses: Vec<Record>, depths: Vec<u8>, traffic: &mut Traffic) -> Self {
-        let mut work = Self::default();
-        let mut depths = depths.into_iter();
-        let mut read = None;
-        for access in accesses {
-            match access {
-                Record::Read(addr, bytes) => {
-                    let read_bytes = u64::from(bytes);
-                    let tally = Tally { read_bytes, reads: 1, ..Tally::default() };
-                    count(traffic, Stage::Compress, tally);
-                    read = Some((addr, work.line.take()));
+/// What the core told between its accesses.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Mark {
+    /// A repair, so deep below the one that was asked for, which is at depth 1.
+    Repair(u8),
+    /// A new pair was put.
+    Pair,
+    /// Nothing follows.
+    End,
+}
+
+/// Sorts what the core did by pairs: to each repair belong a read, the write after it, and one before it if
+/// the open line made room; to a pair, a write up to the end of a line; what is left, to the last item.
+fn items(accesses: Vec<Access>, marks: &[Mark], traffic: &mut Traffic) -> VecDeque<Item> {
+    let mut accesses = accesses.into_iter().peekable();
+    let (mut items, mut item) = (VecDeque::new(), Item::default());
+    let write = |traffic: &mut Traffic, stage, line: Line| {
+        let write_bytes = line.bytes.len() as u64;
+        count(traffic, stage, Tally { write_bytes, writes: 1, ..Tally::default() });
+        line
+    };
+    for mark in marks {
+        match mark {
+            Mark::Repair(depth) => {
+                let mut flush = None;
+                if let Some(Access::Write(line)) =
+                    accesses.next_if(|access| matches!(access, Access::Write(_)))
+                {
+                    flush = Some(write(traffic, Stage::Emit, line));
                 }
-                Record::Write(line) => {
-                    let stage = if read.is_some() { Stage::Compress } else { Stage::Emit };
-                    let write_bytes = line.bytes.len() as u64;
-                    count(traffic, stage, Tally { write_bytes, writes: 1, ..Tally::default() });
-                    let Some((read, flush)) = read.take() else {
-                        work.line = Some(line);
-                        continue;
-                    };
-                    if depths.next() == Some(1) {
-                        work.chains.push_back(VecDeque::new());
+                if let (Some(Access::Read(read, bytes)), Some(Access::Write(line))) =
+                    (accesses.next(), accesses.next())
+                {
+                    let tally = Tally { read_bytes: bytes.into(), reads: 1, ..Tally::default() };
+                    count(traffic, Stage::Compress, tally);
+                    let line = write(traffic, Stage::Compress, line);
+                    if *depth == 1 {
+                        item.chains.push_back(VecDeque::new());
                     }
-                    let repair = Repair { flush, read, write: line };
-                    work.chains.back_mut().into_iter().for_each(|c| c.push_back(repair.clone()));
+                    if let Some(chain) = item.chains.back_mut() {
+                        chain.push_back(Repair { flush, read, write: line });
+                    }
                 }
             }
+            Mark::Pair | Mark::End => {
+                item.is_node = *mark == Mark::Pair;
+                let full = |access: &Access| match access {
+                    Access::Write(line) => {
+                        (line.addr + line.bytes.len() as u32).is_multiple_of(LINE_BYTES)
+                    }
+                    Access::Read(..) => false,
+                };
+                if let Some(Access::Write(line)) = accesses.next_if(full) {
+                    item.line = Some(write(traffic, Stage::Emit, line));
+                }
+                items.push_back(std::mem::take(&mut item));
+            }
         }
-        work
     }
+    if let (Some(Access::Write(line)), Some(item)) = (accesses.next(), items.back_mut()) {
+        item.line = Some(write(traffic, Stage::Emit, line));
+    }
+    items
 }
 
 fn count(traffic: &mut Traffic, stage: Stage, tally: Tally) {
@@ -365,12 +421,22 @@ fn count(traffic: &mut Traffic, stage: Stage, tally: Tally) {
 /// A bus on the memory image that notes every access.
 struct Recorder<'a> {
     image: &'a mut [u8],
-    accesses: Vec<Record>,
+    accesses: Vec<Access>,
 }
 
 /// An access outside the memory image.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct OutOfRange;
+
+impl<'a> Recorder<'a> {
+    fn new(image: &'a mut [u8]) -> Self {
+        Self { image, accesses: Vec::new() }
+    }
+}
+
+fn outside(error: BuildError<OutOfRange>) -> BuildError<PortError> {
+    error.map_bus(|OutOfRange| PortError::Write)
+}
 
 impl Bus for Recorder<'_> {
     type Error = OutOfRange;
@@ -378,7 +444,7 @@ impl Bus for Recorder<'_> {
     fn read(&mut self, ByteAddr(addr): ByteAddr, buf: &mut [u8]) -> Result<(), OutOfRange> {
         let start = addr as usize;
         buf.copy_from_slice(self.image.get(start..start + buf.len()).ok_or(OutOfRange)?);
-        self.accesses.push(Record::Read(addr, buf.len() as u32));
+        self.accesses.push(Access::Read(addr, buf.len() as u32));
         Ok(())
     }
 
@@ -386,24 +452,31 @@ impl Bus for Recorder<'_> {
         let start = addr as usize;
         let target = self.image.get_mut(start..start + bytes.len()).ok_or(OutOfRange)?;
         target.copy_from_slice(bytes);
-        self.accesses.push(Record::Write(Line { addr, bytes: bytes.to_vec() }));
+        self.accesses.push(Access::Write(Line { addr, bytes: bytes.to_vec() }));
         Ok(())
     }
 }
 
-/// How deep each repair is below the one that was asked for, which is at depth 1.
-struct Depths {
-    depths: Vec<u8>,
+/// A probe that notes marks.
+struct Marks {
+    marks: Vec<Mark>,
     events: CompressorEvents,
 }
 
-impl Probe for Depths {
+impl Marks {
+    fn new(events: CompressorEvents) -> Self {
+        Self { marks: Vec::new(), events }
+    }
+}
+
+impl Probe for Marks {
     fn compress_node(&mut self) {
+        self.marks.push(Mark::Pair);
         self.events.compress_node();
     }
 
     fn backtrack(&mut self, depth: u8) {
-        self.depths.push(depth);
+        self.marks.push(Mark::Repair(depth));
         self.events.backtrack(depth);
     }
 }

@@ -107,8 +107,8 @@ pub fn build<P: Port>(
     let mut held = config.held_nodes();
     let mut storage = TreeStorage { top, held: &mut held, open: &mut [] };
     let passes = config.further_passes(count);
-    let tail = if let Some(units) = Tail::units(&build, regions) {
-        units
+    let tail = if Tail::has_units(&build) {
+        Tail::units(&build, regions, storage.held)
     } else {
         // The last merge reads from one region of runs, so the other one is free.
         let lists = match passes % 2 {
