@@ -201,7 +201,8 @@ module xy_csr #(
   assign hwif_in.cap.geometry.plane_bits.next      = Caps.plane_bits;
   assign hwif_in.cap.geometry.treelet_depth.next   = Caps.treelet_depth;
   assign hwif_in.cap.features.build.next           = Caps.build;
-  assign hwif_in.cap.features.compress.next        = Caps.compress;
+  assign hwif_in.cap.features.compress.next        = 1'b0;  // no unit goes top-down
+  assign hwif_in.cap.features.build_compressed.next = Caps.compress;
   assign hwif_in.cap.features.trace.next           = Caps.trace;
   assign hwif_in.cap.features.input_aabb.next      = Caps.build;
   assign hwif_in.cap.features.input_triangle.next  = Caps.input_triangle;

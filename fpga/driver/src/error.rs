@@ -159,7 +159,10 @@ impl fmt::Display for JobError {
             ErrorCode::BusWrite => write!(f, "memory refused a write at {addr}")?,
             ErrorCode::BusTimeout => write!(f, "memory did not answer at {addr}")?,
             ErrorCode::BadPrimitive => write!(f, "the primitive at {addr} is not on the grid")?,
-            ErrorCode::CorruptNode => write!(f, "the node at {addr} is corrupt; build it anew")?,
+            ErrorCode::CorruptNode => {
+                write!(f, "{} at {addr} is corrupt; build it anew", entry(*region))?
+            }
+            ErrorCode::BadRay => write!(f, "the record at {addr} is not a ray")?,
             ErrorCode::StackOverflow => f.write_str("the tree is too deep for the stack")?,
             ErrorCode::Aborted => f.write_str("it was aborted")?,
         }
@@ -167,6 +170,14 @@ impl fmt::Display for JobError {
             Some(region) => write!(f, " (region {region})"),
             None => Ok(()),
         }
+    }
+}
+
+/// What a region of a tree consists of.
+const fn entry(region: Option<RegionId>) -> &'static str {
+    match region {
+        Some(RegionId::LeafTable) => "the leaf table entry",
+        _ => "the node",
     }
 }
 

@@ -41,7 +41,7 @@ pub struct Compression {
     /// What their coordinates are relative to.
     pub coordinates: Coordinates,
     /// Layers of nodes that are held on chip while they may still change; 1 is none beyond the
-    /// node at hand.
+    /// node at hand. A build takes that of the capabilities only; a compression top-down holds none.
     pub treelet_depth: u8,
 }
 
@@ -180,6 +180,9 @@ impl BuildJob {
                 needed[RegionId::Nodes as usize] = Some(1);
             }
             Some(compression) => {
+                supported(features.build_compressed(), "compressing while it builds")?;
+                let depth = can.geometry.treelet_depth().into();
+                within("treelet_depth", compression.treelet_depth.into(), depth..=depth)?;
                 compression.add_to(&mut setup, can)?;
                 needed[RegionId::Quantized as usize] = Some(1);
             }
@@ -214,9 +217,6 @@ impl Compression {
     }
 
     fn add_to(&self, setup: &mut Setup, can: &Capabilities) -> Result<(), ConfigError> {
-        supported(can.features.compress(), "compressing")?;
-        let depth = 1..=can.geometry.treelet_depth().into();
-        within("treelet_depth", self.treelet_depth.into(), depth)?;
         setup.format = setup.format.with_coords(coordinates(self.coordinates, can)?);
         setup.limits = setup.limits.with_treelet_depth(self.treelet_depth);
         setup.place(RegionId::Quantized, self.target);
@@ -233,6 +233,7 @@ impl CompressJob {
     }
 
     pub(crate) fn setup(&self, can: &Capabilities) -> Result<Setup, ConfigError> {
+        supported(can.features.compress(), "compressing a tree")?;
         let mut setup = Setup::over(JobKind::Compress, &self.tree)?;
         self.compression.add_to(&mut setup, can)?;
         require(self.tree.format == NodeFormat::Bvh2, ConfigError::AlreadyCompressed)?;
@@ -250,10 +251,22 @@ impl CompressJob {
 }
 
 impl TraceJob {
+    /// The most rays, triangles, nodes or leaf table entries: with more, addresses might not fit 32 bits.
+    pub const MAX_COUNT: u32 = (1 << 26) - 1;
+
     pub(crate) fn setup(&self, can: &Capabilities) -> Result<Setup, ConfigError> {
         supported(can.features.trace(), "tracing")?;
         let mut setup = Setup::over(JobKind::Trace, &self.tree)?;
         require(self.ray_count > 0, ConfigError::Empty { what: "ray list" })?;
+        require(self.triangle_count > 0, ConfigError::Empty { what: "triangle list" })?;
+        for (parameter, count) in [
+            ("ray_count", self.ray_count),
+            ("triangle_count", self.triangle_count),
+            ("node_count", self.tree.node_count),
+            ("entry_count", self.tree.entry_count),
+        ] {
+            within(parameter, count, 0..=TraceJob::MAX_COUNT)?;
+        }
         let (node, present) = match self.tree.format {
             NodeFormat::Bvh2 => (regs::NodeFormat::Bvh2, can.features.node_bvh2()),
             NodeFormat::Quantized(_) => (regs::NodeFormat::Cbvh, can.features.node_cbvh()),

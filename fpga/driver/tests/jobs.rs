@@ -26,9 +26,10 @@ fn a_device_without_the_magic_number_is_not_found() {
 #[test]
 fn a_device_of_another_version_is_refused_and_a_repaired_one_is_not() {
     let fake = Fake::new();
-    fake.drive(VERSION, Version::from_bits(0x0001_0009));
+    fake.drive(VERSION, Version::from_bits(Version::RESET.bits() | 9));
     polled(&fake);
-    for bits in [0x0002_0000, 0x0000_0000, 0x0101_0000] {
+    let supported = Version::RESET.bits();
+    for bits in [supported + 0x0001_0000, supported - 0x0001_0000, supported | 0x0100_0000] {
         fake.drive(VERSION, Version::from_bits(bits));
         let error = Xylem::probe(fake.clone(), fake.clone(), NoInterrupt).unwrap_err();
         let [major, minor, ..] = bits.to_be_bytes();

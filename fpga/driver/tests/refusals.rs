@@ -115,9 +115,21 @@ fn parameters_beyond_the_capabilities_are_refused_with_the_limits() {
         );
     }
     let parameter = "treelet_depth";
-    refused_build(
-        |job| job.compressed = Some(Compression { treelet_depth: 5, ..compression() }),
-        ConfigError::OutOfRange { parameter, value: 5, min: 1, max: 4 },
+    for value in [1, 3] {
+        refused_build(
+            |job| {
+                let treelet_depth = value as u8;
+                job.compressed = Some(Compression { treelet_depth, ..compression() });
+            },
+            ConfigError::OutOfRange { parameter, value, min: 2, max: 2 },
+        );
+    }
+    let (parameter, value) = ("ray_count", 1 << 26);
+    let too_many = TraceJob { ray_count: value, ..trace_job() };
+    let max = TraceJob::MAX_COUNT;
+    refused(
+        |xylem| xylem.start_trace(&too_many),
+        ConfigError::OutOfRange { parameter, value, min: 0, max },
     );
 }
 
@@ -134,7 +146,7 @@ fn combinations_that_make_no_sense_are_refused() {
 
 #[test]
 fn features_that_are_absent_are_refused() {
-    let all = 0x0013_3737;
+    let all = 0x0013_373f;
     let check = |absent: u32, start: &dyn Fn(&mut Driver<NoInterrupt>) -> bool| {
         let fake = Fake::new();
         assert!(start(&mut polled(&fake)), "{absent:#x}: starts where it is present");
@@ -146,6 +158,8 @@ fn features_that_are_absent_are_refused() {
     let compress = CompressJob { tree: tree(), compression: compression() };
     check(1, &|xylem| xylem.start_build(&build_job()).is_ok());
     check(2, &|xylem| xylem.start_compress(&compress).is_ok());
+    let compressed = BuildJob { compressed: Some(compression()), ..build_job() };
+    check(8, &|xylem| xylem.start_build(&compressed).is_ok());
     check(4, &|xylem| xylem.start_trace(&trace_job()).is_ok());
     check(1 << 4, &|xylem| xylem.start_build(&build_job()).is_ok());
     check(1 << 8, &|xylem| xylem.start_build(&build_job()).is_ok());

@@ -33,7 +33,7 @@ fn write(offset: u8, bytes: [u8; 4]) -> Vec<Transfer<u8>> {
 /// The transfers of probing a device with every capability bit set.
 fn probing() -> Vec<Transfer<u8>> {
     let magic = read(0x00, 0, &[0x5859_4c4d]);
-    let version = read(0x04, 0, &[0x0001_0007]);
+    let version = read(0x04, 0, &[0x0002_0007]);
     let capabilities = [0x10, 0x14, 0x18, 0x1c, 0x20].map(|at| read(at, 0, &[u32::MAX])).concat();
     [magic, version, capabilities].concat()
 }

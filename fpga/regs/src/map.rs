@@ -346,19 +346,21 @@ pub enum ErrorCode {
     BusWrite = 5,
     /// External memory did not answer. `error_addr` is the burst's first byte.
     BusTimeout = 6,
-    /// An input box or triangle lies outside the grid, or a box is inverted.
+    /// An input box or triangle lies outside the grid, or a box is inverted. In a trace, a triangle that a ray met.
     BadPrimitive = 7,
-    /// A node's child reference is malformed or its walk does not end.
+    /// A node or leaf table entry is not of such a tree: see *Errors of units*. `region` tells which of both.
     CorruptNode = 8,
     /// A bounded stack or context memory was too shallow for the tree.
     StackOverflow = 9,
     /// Software aborted the job. Output is incomplete.
     Aborted = 10,
+    /// A record is not a ray: its direction is not normalized, or its origin or interval is out of range.
+    BadRay = 11,
 }
 
 impl ErrorCode {
     /// Every value, in ascending order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::None,
         Self::BadConfig,
         Self::RegionFull,
@@ -370,6 +372,7 @@ impl ErrorCode {
         Self::CorruptNode,
         Self::StackOverflow,
         Self::Aborted,
+        Self::BadRay,
     ];
 
     /// The value that `bits` encode.
@@ -389,6 +392,7 @@ impl ErrorCode {
             8 => Ok(Self::CorruptNode),
             9 => Ok(Self::StackOverflow),
             10 => Ok(Self::Aborted),
+            11 => Ok(Self::BadRay),
             _ => Err(UnknownValue(bits)),
         }
     }
@@ -407,6 +411,7 @@ impl ErrorCode {
             Self::CorruptNode => "corrupt_node",
             Self::StackOverflow => "stack_overflow",
             Self::Aborted => "aborted",
+            Self::BadRay => "bad_ray",
         }
     }
 }
@@ -741,7 +746,7 @@ pub struct Version(u32);
 
 impl Register for Version {
     const RESET: Self = Self(Self::RESET_BITS);
-    const RESET_BITS: u32 = 0x10000;
+    const RESET_BITS: u32 = 0x20000;
     const FIELDS: &'static [FieldInfo] = &[
         FieldInfo::new("patch", 0, 16, Access::Constant, false),
         FieldInfo::new("minor", 16, 8, Access::Constant, false),
@@ -890,7 +895,7 @@ impl CapGeometry {
         get(self.0, 16, 4) as u8
     }
 
-    /// Deepest treelet the compressor holds; 1 is none. (Bits 26:24, read-only.)
+    /// Depth of the treelets that the streaming compressor holds; 1 is none, 0 no such compressor. (Bits 26:24, read-only.)
     pub const fn treelet_depth(self) -> u8 {
         get(self.0, 24, 3) as u8
     }
@@ -908,6 +913,7 @@ impl Register for CapFeatures {
         FieldInfo::new("build", 0, 1, Access::ReadOnly, false),
         FieldInfo::new("compress", 1, 1, Access::ReadOnly, false),
         FieldInfo::new("trace", 2, 1, Access::ReadOnly, false),
+        FieldInfo::new("build_compressed", 3, 1, Access::ReadOnly, false),
         FieldInfo::new("input_aabb", 4, 1, Access::ReadOnly, false),
         FieldInfo::new("input_triangle", 5, 1, Access::ReadOnly, false),
         FieldInfo::new("record_box32", 8, 1, Access::ReadOnly, false),
@@ -937,7 +943,7 @@ impl CapFeatures {
         get(self.0, 0, 1) != 0
     }
 
-    /// Jobs `compress` and, with `build`, `build_compressed`. (Bit 1, read-only.)
+    /// Job `compress`. (Bit 1, read-only.)
     pub const fn compress(self) -> bool {
         get(self.0, 1, 1) != 0
     }
@@ -945,6 +951,11 @@ impl CapFeatures {
     /// Job `trace`. (Bit 2, read-only.)
     pub const fn trace(self) -> bool {
         get(self.0, 2, 1) != 0
+    }
+
+    /// Job `build_compressed`. (Bit 3, read-only.)
+    pub const fn build_compressed(self) -> bool {
+        get(self.0, 3, 1) != 0
     }
 
     /// Input format `aabb`. (Bit 4, read-only.)
@@ -1034,7 +1045,7 @@ impl CapTrace {
         get(self.0, 8, 8) as u8
     }
 
-    /// Entries of the traversal stack. (Bits 23:16, read-only.)
+    /// Entries of the traversal stack: the most nodes that a walk from the root to a leaf passes. (Bits 23:16, read-only.)
     pub const fn stack_entries(self) -> u8 {
         get(self.0, 16, 8) as u8
     }
@@ -1362,12 +1373,12 @@ impl Readable for JobPrimitives {}
 impl Writable for JobPrimitives {}
 
 impl JobPrimitives {
-    /// Number of primitives; 0 is a `bad_config` error. (Bits 31:0, read-write, locked while busy.)
+    /// Number of primitives; 0 is a `bad_config` error, as is 2^27 or more of a build, 2^26 or more of a trace. (Bits 31:0, read-write, locked while busy.)
     pub const fn value(self) -> u32 {
         get(self.0, 0, 32)
     }
 
-    /// Sets `value`. Number of primitives; 0 is a `bad_config` error. (Bits 31:0, read-write, locked while busy.)
+    /// Sets `value`. Number of primitives; 0 is a `bad_config` error, as is 2^27 or more of a build, 2^26 or more of a trace. (Bits 31:0, read-write, locked while busy.)
     #[must_use]
     pub const fn with_value(self, value: u32) -> Self {
         Self(set(self.0, 0, 32, value))
@@ -1398,12 +1409,12 @@ impl Readable for JobRays {}
 impl Writable for JobRays {}
 
 impl JobRays {
-    /// Number of rays; 0 is a `bad_config` error. (Bits 31:0, read-write, locked while busy.)
+    /// Number of rays; 0 is a `bad_config` error, as is 2^26 or more. (Bits 31:0, read-write, locked while busy.)
     pub const fn value(self) -> u32 {
         get(self.0, 0, 32)
     }
 
-    /// Sets `value`. Number of rays; 0 is a `bad_config` error. (Bits 31:0, read-write, locked while busy.)
+    /// Sets `value`. Number of rays; 0 is a `bad_config` error, as is 2^26 or more. (Bits 31:0, read-write, locked while busy.)
     #[must_use]
     pub const fn with_value(self, value: u32) -> Self {
         Self(set(self.0, 0, 32, value))
@@ -1434,12 +1445,12 @@ impl Readable for JobNodes {}
 impl Writable for JobNodes {}
 
 impl JobNodes {
-    /// Number of nodes. (Bits 31:0, read-write, locked while busy.)
+    /// Number of nodes, 0 if the root is a leaf; in a trace, 2^26 or more is a `bad_config` error. (Bits 31:0, read-write, locked while busy.)
     pub const fn value(self) -> u32 {
         get(self.0, 0, 32)
     }
 
-    /// Sets `value`. Number of nodes. (Bits 31:0, read-write, locked while busy.)
+    /// Sets `value`. Number of nodes, 0 if the root is a leaf; in a trace, 2^26 or more is a `bad_config` error. (Bits 31:0, read-write, locked while busy.)
     #[must_use]
     pub const fn with_value(self, value: u32) -> Self {
         Self(set(self.0, 0, 32, value))
@@ -1470,12 +1481,12 @@ impl Readable for JobEntries {}
 impl Writable for JobEntries {}
 
 impl JobEntries {
-    /// Number of entries. (Bits 31:0, read-write, locked while busy.)
+    /// Number of entries; 2^26 or more is a `bad_config` error. (Bits 31:0, read-write, locked while busy.)
     pub const fn value(self) -> u32 {
         get(self.0, 0, 32)
     }
 
-    /// Sets `value`. Number of entries. (Bits 31:0, read-write, locked while busy.)
+    /// Sets `value`. Number of entries; 2^26 or more is a `bad_config` error. (Bits 31:0, read-write, locked while busy.)
     #[must_use]
     pub const fn with_value(self, value: u32) -> Self {
         Self(set(self.0, 0, 32, value))
@@ -1633,19 +1644,19 @@ impl JobLimits {
         Self(set(self.0, 8, 8, value as u32))
     }
 
-    /// Treelet depth of the compressor; 1 is none. At most `cap.geometry.treelet_depth`. (Bits 18:16, read-write, locked while busy.)
+    /// Treelet depth (build_compressed); other than `cap.geometry.treelet_depth` is a `bad_config` error. (Bits 18:16, read-write, locked while busy.)
     pub const fn treelet_depth(self) -> u8 {
         get(self.0, 16, 3) as u8
     }
 
-    /// Sets `treelet_depth`. Treelet depth of the compressor; 1 is none. At most `cap.geometry.treelet_depth`. (Bits 18:16, read-write, locked while busy.)
+    /// Sets `treelet_depth`. Treelet depth (build_compressed); other than `cap.geometry.treelet_depth` is a `bad_config` error. (Bits 18:16, read-write, locked while busy.)
     #[must_use]
     pub const fn with_treelet_depth(self, value: u8) -> Self {
         Self(set(self.0, 16, 3, value as u32))
     }
 }
 
-/// Root box coordinate. One coordinate of a corner of the root's box, signed.
+/// Root box coordinate. One coordinate of a corner of the root's box, signed. Bits above `cap.geometry.grid_bits` are not looked at: the next one is the sign.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Coordinate(u32);

@@ -2136,7 +2136,7 @@ module xy_regs (
         end
         if(rd_mux_addr == 9'h4) begin
             readback_data_var[15:0] = 16'h0;
-            readback_data_var[23:16] = 8'h1;
+            readback_data_var[23:16] = 8'h2;
             readback_data_var[31:24] = 8'h0;
         end
         if(rd_mux_addr == 9'h10) begin
@@ -2157,6 +2157,7 @@ module xy_regs (
             readback_data_var[0] = hwif_in.cap.features.build.next;
             readback_data_var[1] = hwif_in.cap.features.compress.next;
             readback_data_var[2] = hwif_in.cap.features.trace.next;
+            readback_data_var[3] = hwif_in.cap.features.build_compressed.next;
             readback_data_var[4] = hwif_in.cap.features.input_aabb.next;
             readback_data_var[5] = hwif_in.cap.features.input_triangle.next;
             readback_data_var[8] = hwif_in.cap.features.record_box32.next;

@@ -70,6 +70,10 @@ package xy_regs_pkg;
 
     typedef struct packed {
         logic next;
+    } xylem__cap__features__build_compressed__in_t;
+
+    typedef struct packed {
+        logic next;
     } xylem__cap__features__input_aabb__in_t;
 
     typedef struct packed {
@@ -112,6 +116,7 @@ package xy_regs_pkg;
         xylem__cap__features__build__in_t build;
         xylem__cap__features__compress__in_t compress;
         xylem__cap__features__trace__in_t trace;
+        xylem__cap__features__build_compressed__in_t build_compressed;
         xylem__cap__features__input_aabb__in_t input_aabb;
         xylem__cap__features__input_triangle__in_t input_triangle;
         xylem__cap__features__record_box32__in_t record_box32;
@@ -978,7 +983,8 @@ package xy_regs_pkg;
         error_code__bad_primitive = 'h7,
         error_code__corrupt_node = 'h8,
         error_code__stack_overflow = 'h9,
-        error_code__aborted = 'ha
+        error_code__aborted = 'ha,
+        error_code__bad_ray = 'hb
     } error_code_e;
 
     typedef enum logic [2:0] {

@@ -65,8 +65,8 @@ impl Fake {
         };
         device.drive(CAP_SORT, CapSort::from_bits(8192 | 16 << 24));
         device.drive(CAP_MERGE, CapMerge::from_bits(256 | 255 << 16));
-        device.drive(CAP_GEOMETRY, CapGeometry::from_bits(24 | 63 << 8 | 6 << 16 | 4 << 24));
-        device.drive(CAP_FEATURES, CapFeatures::from_bits(0x0013_3737));
+        device.drive(CAP_GEOMETRY, CapGeometry::from_bits(24 | 63 << 8 | 6 << 16 | 2 << 24));
+        device.drive(CAP_FEATURES, CapFeatures::from_bits(0x0013_373f));
         device.drive(CAP_TRACE, CapTrace::from_bits(40 | 24 << 8 | 64 << 16));
         Self(Rc::new(RefCell::new(device)))
     }
