@@ -1,6 +1,7 @@
 // xy_port lets nothing out that was not asked for inside its region, keeps the rules of AXI4, and gives
 // nothing back that was not asked for.
 //
+// A read of a line is not taken while a write of it is under way: one such write, any, is watched.
 // The regions are any, and stay; requests come as they like, also outside their regions, and so does
 // what the slave says, also what AXI4 forbids it.
 module fv_port #(
@@ -32,7 +33,7 @@ module fv_port #(
   localparam int unsigned LineBytes = xy_pkg::LineBytes;
   localparam int unsigned Beats     = LineBits / DataWidth;
   localparam int unsigned Reads     = 4;   // lines that may be under way
-  localparam int unsigned Writes    = 16;
+  localparam int unsigned Writes    = 4;
 
   (* anyconst *) logic [1:0][25:0] base, lines;
 
@@ -55,6 +56,7 @@ module fv_port #(
   xy_port #(
       .DataWidth(DataWidth),
       .IdWidth  (2),
+      .LogWrites(2),
       .TagWidth (2),
       .Regions  (2)
   ) u_port (
@@ -130,7 +132,7 @@ module fv_port #(
   logic [LineBits-1:0]  data;   // what is left of it
   logic [LineBytes-1:0] strb;
   logic [3:0]           sent;   // beats
-  logic [4:0]           unanswered = '0;
+  logic [2:0]           unanswered = '0;
 
   always_ff @(posedge clk_i) begin
     if (rd_taken) begin
@@ -151,7 +153,27 @@ module fv_port #(
     end
     write_waits <= rst_ni && (wr_taken || (write_waits && !awready_i));
     data_waits  <= rst_ni && (wr_taken || (data_waits && !(wready_i && sent == 4'(Beats - 1))));
-    unanswered  <= rst_ni ? unanswered + 5'(wr_taken) - 5'(bvalid_i && unanswered != '0) : '0;
+    unanswered  <= rst_ni ? unanswered + 3'(wr_taken) - 3'(bvalid_i && unanswered != '0) : '0;
+  end
+
+  // --- A line that is written, and how many before it have had no response ---
+
+  (* anyconst *) logic [25:0] watched;
+  (* anyseq *)   logic        watch;
+  logic       watching = 1'b0;
+  logic [2:0] ahead;
+  logic       responded;
+  assign responded = bvalid_i && unanswered != '0;
+  always_ff @(posedge clk_i) begin
+    if (!rst_ni) begin
+      watching <= 1'b0;
+    end else if (!watching) begin
+      watching <= wr_taken && watch && wr_addr_i[31:6] == watched;
+      ahead    <= unanswered - 3'(responded);
+    end else if (responded) begin
+      watching <= ahead != '0;
+      ahead    <= ahead - 1'b1;
+    end
   end
 
   // --- Lines that were asked for: one a row of the table, rows in turn ---
@@ -257,10 +279,12 @@ module fv_port #(
         end
       end
       if (rd_taken) a_room : assert (!asked[next]);
-      a_writes_bounded : assert (unanswered <= 5'(Writes) && quiet == (unanswered == '0));
+      a_writes_bounded : assert (unanswered <= 3'(Writes) && quiet == (unanswered == '0));
+      if (rd_taken && watching) a_read_after_write : assert (rd_addr_i[31:6] != watched);
       a_idle : assert (idle == (asked == '0 && unanswered == '0));
 
       c_table_full : cover (asked == '1 && !arvalid);
+      c_waits : cover (watching && ahead == 3'd2 && rd_valid_i && rd_inside && !rd_ready);
       c_answer : cover (rsp_valid && beats == 4'(Beats - 1) && !rsp_error);
       c_line_written : cover (wvalid && wlast && wready_i && quiet == 1'b0 && !awvalid);
     end
@@ -277,8 +301,14 @@ module fv_port #(
   (* hierconn *) logic [27:0]          \u_port.u_read.table_q[2] , \u_port.u_read.table_q[3] ;
   (* hierconn *) logic [LineBits-1:0]  \u_port.u_write.data_q ;
   (* hierconn *) logic [LineBytes-1:0] \u_port.u_write.strb_q ;
-  (* hierconn *) logic [4:0]           \u_port.u_write.count_q ;
+  (* hierconn *) logic [2:0]           \u_port.u_write.count_q ;
   (* hierconn *) logic [BeatWidth-1:0] \u_port.u_write.beat_q ;
+  (* hierconn *) logic [3:0]           \u_port.u_write.sent_q ;
+  (* hierconn *) logic [3:0][25:0]     \u_port.u_write.waiting_q ;
+  (* hierconn *) logic [1:0]           \u_port.u_write.first_q , \u_port.u_write.free_q ;
+
+  logic [1:0] place;  // of the line that is watched
+  assign place = \u_port.u_write.first_q + ahead[1:0];
 
   // These are there on a narrow bus.
   (* hierconn *) logic [1:0]      \u_port.u_read.gen_ordered.row_q ;
@@ -301,6 +331,12 @@ module fv_port #(
       if (data_waits) begin
         h_data : assert (\u_port.u_write.data_q == data && \u_port.u_write.strb_q == strb);
         h_sent : assert (sent < 4'(Beats));
+      end
+      h_turn : assert (\u_port.u_write.free_q == \u_port.u_write.first_q + unanswered[1:0]);
+      if (watching) begin
+        h_watched :
+        assert (ahead < unanswered && \u_port.u_write.sent_q [place]
+            && \u_port.u_write.waiting_q [place] == watched);
       end
       h_beat : assert (4'(\u_port.u_write.beat_q ) == (data_waits ? sent : 4'd0));
     end

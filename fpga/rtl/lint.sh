@@ -58,7 +58,10 @@ done
 lint emitter wide CodeWidth 63
 lint emitter narrow CodeWidth 30
 lint emit small CodeWidth 63 BurstLines 2
-lint emit paper CodeWidth 63 BurstLines 8
+lint emit paper CodeWidth 63 BurstLines 8 Depth 2
+lint emit single BurstLines 2 Depth 1 Bits 4 Margin 2 MinScale 2
+lint emit deep BurstLines 2 Depth 3 Bits 4 Margin 2 MinScale 1
+lint emit deepest BurstLines 2 Depth 4 Bits 4 Margin 1 MinScale 0
 for bits in 4 6 8; do
     lint context "bits$bits" Bits $bits Margin 1
     lint encoder "bits$bits" Bits $bits
@@ -66,7 +69,6 @@ for bits in 4 6 8; do
 done
 lint traverser small Depth 95 CacheWidth 4 CacheBlock 0
 lint traverser large Depth 95 CacheWidth 9 CacheBlock 1
-
 
 lint morton wide CodeWidth 63
 lint morton narrow CodeWidth 30
@@ -80,12 +82,7 @@ lint multimerge small Capacity 128 Burst 4 Fifo 4
 lint multimerge paper Capacity 8192 Burst 16 Fifo 16
 lint mergesort small Capacity 128 Burst 4 Sorters 2 Fifo 4 ReadAhead 8
 lint mergesort paper Capacity 8192 Burst 16 Sorters 8 Fifo 16 ReadAhead 32
-lint compress single BurstLines 2 Depth 1 Bits 4 Margin 2 MinScale 2
-lint compress small BurstLines 2 Depth 2 Bits 5 Margin 1 MinScale 0
-lint compress deep BurstLines 2 Depth 3 Bits 4 Margin 2 MinScale 1
-lint compress deepest BurstLines 2 Depth 4 Bits 4 Margin 1 MinScale 0
-lint compress paper BurstLines 8 Depth 2 Bits 6 Margin 1 MinScale 0
 
 lint top small Capacity 128 Burst 4 Sorters 2 Fifo 4 ReadAhead 8 TimeOut 2000
-lint top paper Capacity 8192 Burst 16 Sorters 8 Fifo 16 ReadAhead 32
-lint top narrow Capacity 128 Burst 4 Sorters 2 Fifo 4 ReadAhead 8 DataWidth 64
+lint top paper Capacity 8192 Burst 16 Sorters 8 Fifo 16 ReadAhead 32 Depth 2 CacheWidth 9 CacheBlock 1
+lint top builder Capacity 128 Burst 4 Sorters 2 Fifo 4 ReadAhead 8 DataWidth 64 Depth 0 Tracer 0

@@ -1,3 +1,4 @@
+gen/xy_regs_pkg.sv
 xy_pkg.sv
 xy_trace_pkg.sv
 xy_ram.sv

@@ -6,7 +6,9 @@
 // Latency     1 cycle from wr_valid_i to awvalid_o and wvalid_o.
 // Throughput  one line in LineBits / DataWidth cycles while the slave takes them.
 // Errors      error_o for one cycle, with the line's address, when its response was not OKAY.
-// Cut paths   wr_ready_o depends on awready_i and wready_i; error_o on bvalid_i.
+// Order       pending_o: the line at probe_addr_i is still under way. AXI4 does not order reads after
+//             writes, so such a line must not be read yet.
+// Cut paths   wr_ready_o depends on awready_i and wready_i; error_o on bvalid_i; pending_o on probe_addr_i.
 module xy_axi_write #(
     parameter int unsigned DataWidth = 512,  // 32, 64, 128, 256 or 512
     parameter int unsigned IdWidth   = 4,
@@ -20,6 +22,9 @@ module xy_axi_write #(
     input  logic [31:0]                   wr_addr_i,
     input  logic [xy_pkg::LineBits-1:0]   wr_data_i,
     input  logic [xy_pkg::LineBytes-1:0]  wr_strb_i,
+
+    input  logic [31:0]                   probe_addr_i,
+    output logic                          pending_o,
 
     output logic                          error_o,
     output logic [31:0]                   oldest_o,  // address of the oldest line without response
@@ -54,8 +59,8 @@ module xy_axi_write #(
   logic [BeatWidth-1:0]         beat_q;
 
   // Addresses of lines that wait for their responses, oldest first.
-  (* ram_style = "distributed" *)
-  logic [25:0]         waiting_q[Lines];
+  logic [Lines-1:0][25:0] waiting_q;
+  logic [Lines-1:0]    sent_q;  // of these, the ones that do
   logic [LogLines:0]   count_q;
   logic [LogLines-1:0] first_q, free_q;
 
@@ -75,12 +80,15 @@ module xy_axi_write #(
       count_q    <= '0;
       first_q    <= '0;
       free_q     <= '0;
+      sent_q     <= '0;
     end else begin
       if (take || awready_i) aw_valid_q <= take;
       if (take || (wready_i && last_beat)) w_valid_q <= take;
       if (wvalid_o && wready_i) beat_q <= last_beat ? '0 : beat_q + 1'b1;
       if (take) free_q <= free_q + 1'b1;
+      if (take) sent_q[free_q] <= 1'b1;
       if (respond) first_q <= first_q + 1'b1;
+      if (respond) sent_q[first_q] <= 1'b0;
       count_q <= count_q + (LogLines+1)'(take) - (LogLines+1)'(respond);
     end
   end
@@ -115,6 +123,13 @@ module xy_axi_write #(
   assign oldest_o = {waiting_q[first_q], 6'd0};
   assign idle_o   = count_q == '0;
 
+  always_comb begin
+    pending_o = 1'b0;
+    for (int unsigned i = 0; i < Lines; i++) begin
+      if (sent_q[i] && (waiting_q[i] == probe_addr_i[31:6])) pending_o = 1'b1;
+    end
+  end
+
   assign awvalid_o = aw_valid_q;
   assign awid_o    = '0;
   assign awaddr_o  = {line_q, 6'd0};
@@ -128,7 +143,7 @@ module xy_axi_write #(
   assign bready_o  = 1'b1;
 
   logic unused;
-  assign unused = ^{bid_i, bresp_i[0], wr_addr_i[5:0]};
+  assign unused = ^{bid_i, bresp_i[0], wr_addr_i[5:0], probe_addr_i[5:0]};
 
 `ifndef SYNTHESIS
   // VALID stays until READY, with what it announced (AXI4 A3.2.1).

@@ -202,8 +202,8 @@ module xy_csr #(
   assign hwif_in.cap.geometry.treelet_depth.next   = Caps.treelet_depth;
   assign hwif_in.cap.features.build.next           = Caps.build;
   assign hwif_in.cap.features.compress.next        = 1'b0;  // no unit goes top-down
-  assign hwif_in.cap.features.build_compressed.next = Caps.compress;
   assign hwif_in.cap.features.trace.next           = Caps.trace;
+  assign hwif_in.cap.features.build_compressed.next = Caps.build_compressed;
   assign hwif_in.cap.features.input_aabb.next      = Caps.build;
   assign hwif_in.cap.features.input_triangle.next  = Caps.input_triangle;
   assign hwif_in.cap.features.record_box32.next    = Caps.build;
@@ -211,8 +211,8 @@ module xy_csr #(
   assign hwif_in.cap.features.record_packed22.next = 1'b0;
   assign hwif_in.cap.features.node_bvh2.next       = Caps.trace_bvh2;
   assign hwif_in.cap.features.node_cbvh.next       = Caps.trace;
-  assign hwif_in.cap.features.coords_relative.next = Caps.compress || Caps.trace;
-  assign hwif_in.cap.features.coords_modulo.next   = Caps.compress || Caps.trace;
+  assign hwif_in.cap.features.coords_relative.next = Caps.build_compressed || Caps.trace;
+  assign hwif_in.cap.features.coords_modulo.next   = Caps.build_compressed || Caps.trace;
   assign hwif_in.cap.features.counters.next        = 1'b1;
   assign hwif_in.cap.trace.ray_bytes.next          = Caps.ray_bytes;
   assign hwif_in.cap.trace.hit_bytes.next          = Caps.hit_bytes;

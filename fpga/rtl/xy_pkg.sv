@@ -73,6 +73,8 @@ package xy_pkg;
   localparam int unsigned Regions     = 2 ** RegionWidth;  // in the order of xy_regs_pkg::region_id_e
   localparam int unsigned Events      = 10;                // event counters, in the order of the registers
 
+  typedef logic [RegionWidth-1:0] region_t;
+
   // What software asks for.
   typedef struct packed {
     logic [2:0]  kind;
@@ -122,7 +124,7 @@ package xy_pkg;
     logic [3:0]  plane_bits;
     logic [2:0]  treelet_depth;
     logic        build;
-    logic        compress;
+    logic        build_compressed;
     logic        trace;
     logic        trace_bvh2;
     logic        input_triangle;

@@ -4,12 +4,14 @@
 //   rd_*, wr_* ──► xy_guard (one each) ──► xy_axi_read, xy_axi_write ──► AXI4
 //   rsp_*      ◄───────────────────────────────────┘
 //
-// Handshake   as in xy_axi_read and xy_axi_write; a request outside its region is never taken.
+// Handshake   as in xy_axi_read and xy_axi_write; a request outside its region is never taken, and a read of a
+//             line that is being written waits until it is: every read shows what was written before.
 // Latency     1 cycle to AXI, 0 cycles back.
 // Bytes       reads count whole lines, writes the bytes that are written.
 module xy_port #(
     parameter int unsigned DataWidth = 512,
-    parameter int unsigned IdWidth   = 4,
+    parameter int unsigned IdWidth   = 4,   // 2^IdWidth reads may be under way
+    parameter int unsigned LogWrites = 4,   // 2^LogWrites writes may be under way
     parameter int unsigned TagWidth  = 16,
     parameter int unsigned Regions   = 8
 ) (
@@ -83,7 +85,7 @@ module xy_port #(
 );
 
   logic rd_valid, rd_ready, rd_violation, rd_idle, rd_waiting;
-  logic wr_valid, wr_ready, wr_violation, wr_idle;
+  logic wr_valid, wr_ready, wr_violation, wr_idle, pending;
   logic [31:0] rd_oldest, wr_oldest;
 
   xy_guard #(.Regions(Regions)) u_read_guard (
@@ -94,7 +96,7 @@ module xy_port #(
       .addr_i     (rd_addr_i),
       .region_i   (rd_region_i),
       .valid_o    (rd_valid),
-      .ready_i    (rd_ready),
+      .ready_i    (rd_ready && !pending),
       .violation_o(rd_violation)
   );
 
@@ -117,7 +119,7 @@ module xy_port #(
   ) u_read (
       .clk_i,
       .rst_ni,
-      .rd_valid_i    (rd_valid),
+      .rd_valid_i    (rd_valid && !pending),
       .rd_ready_o    (rd_ready),
       .rd_addr_i,
       .rd_tag_i,
@@ -146,7 +148,8 @@ module xy_port #(
 
   xy_axi_write #(
       .DataWidth(DataWidth),
-      .IdWidth  (IdWidth)
+      .IdWidth  (IdWidth),
+      .LogLines (LogWrites)
   ) u_write (
       .clk_i,
       .rst_ni,
@@ -155,6 +158,8 @@ module xy_port #(
       .wr_addr_i,
       .wr_data_i,
       .wr_strb_i,
+      .probe_addr_i(rd_addr_i),
+      .pending_o (pending),
       .error_o   (write_error_o),
       .oldest_o  (wr_oldest),
       .idle_o    (wr_idle),
@@ -186,7 +191,7 @@ module xy_port #(
 
   logic wrote;
   assign wrote       = wr_valid && wr_ready;
-  assign read_line_o = rd_valid && rd_ready;
+  assign read_line_o = rd_valid && rd_ready && !pending;
   assign moved_o     = read_line_o || wrote || (arvalid_o && arready_i) || rvalid_i
       || (awvalid_o && awready_i) || (wvalid_o && wready_i) || bvalid_i;
 

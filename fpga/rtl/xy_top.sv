@@ -1,11 +1,11 @@
 // Xylem: registers on an AXI4-Lite slave, memory on an AXI4 master, an interrupt line, and between them
 // the units that do jobs.
 //
-//   s_axil ──► xy_csr ──► xy_control ──► unit ──► xy_port ──► m_axi
-//                │            ▲           │          │
-//   irq ◄────────┘            └─ errors ──┴──────────┘
+//   s_axil ──► xy_csr ──► xy_control ──┬─► xy_builder ──┬─► xy_port ──► m_axi
+//                │            ▲        └─► xy_tracer ───┘      │
+//   irq ◄────────┘            └─ errors ──┴──────────┴─────────┘
 //
-// One job at a time. The parameters are those of a named configuration in configs.toml.
+// One job at a time, one unit at work. The parameters are those of a named configuration in configs.toml.
 module xy_top #(
     parameter int unsigned Capacity   = 128,      // M: records of the scratchpad
     parameter int unsigned Burst      = 4,        // B: records of a burst
@@ -14,6 +14,10 @@ module xy_top #(
     parameter int unsigned ReadAhead  = 8,        // lines of input
     parameter int unsigned CodeWidth  = 63,       // 30 or 63
     parameter int unsigned WriteLines = 8,        // of a burst of nodes
+    parameter int unsigned Depth      = 1,        // of the compressor's treelets, 1 to 4; 0 without compressor
+    parameter int unsigned Tracer     = 1,        // whether there is a traversal unit
+    parameter int unsigned CacheWidth = 4,        // that unit's cache holds 2^CacheWidth lines
+    parameter int unsigned CacheBlock = 0,        // whether those are in block memory
     parameter int unsigned DataWidth  = 512,      // of the memory bus
     parameter int unsigned IdWidth    = 4,        // 2^IdWidth lines may be under way
     parameter int unsigned TimeOut    = 1 << 20   // cycles
@@ -71,7 +75,8 @@ module xy_top #(
     input  logic [1:0]             m_axi_bresp_i
 );
 
-  localparam int unsigned TagWidth = 16;
+  localparam int unsigned TagWidth  = 18;
+  localparam bit          Quantized = (Depth > 0) || (Tracer > 0);
 
   // In the order of xy_pkg::caps_t, as yosys knows no assignment patterns.
   localparam xy_pkg::caps_t Caps = {
@@ -80,16 +85,16 @@ module xy_top #(
     16'(Capacity / (2 * Burst)),  // merge_width
     8'd255,                       // leaf_size
     7'(CodeWidth),                // morton_bits
-    4'd0,                         // plane_bits
-    3'd0,                         // treelet_depth
+    Quantized ? 4'd6 : 4'd0,      // plane_bits
+    3'(Depth),                    // treelet_depth
     1'b1,                         // build
-    1'b0,                         // compress
-    1'b0,                         // trace
-    1'b0,                         // trace_bvh2
+    Depth > 0,                    // build_compressed
+    Tracer > 0,                   // trace
+    Tracer > 0,                   // trace_bvh2
     1'b0,                         // input_triangle
-    8'd0,                         // ray_bytes
-    8'd0,                         // hit_bytes
-    8'd0                          // stack_entries
+    Tracer > 0 ? 8'd40 : 8'd0,    // ray_bytes
+    Tracer > 0 ? 8'd24 : 8'd0,    // hit_bytes
+    Tracer > 0 ? 8'd95 : 8'd0     // stack_entries: one for each level that a tree may have
   };
 
   // --- Registers and control ---
@@ -118,7 +123,7 @@ module xy_top #(
   logic [31:0]                         violation_addr, read_addr, write_addr, waiting_addr;
 
   logic done;
-  assign done = running && unit_done;
+  assign done = running && unit_done && !unit_error;
 
   xy_csr #(.Caps(Caps)) u_csr (
       .clk_i,
@@ -152,23 +157,26 @@ module xy_top #(
       .ended_badly_i (ended_badly),
       .forget_i      (unit_start || soft_reset),
       .result_valid_i(done),
-      .root_valid_i  (done && root_valid),
+      .root_valid_i  (done && root_valid && !traces),
       .root_i        (root),
       .result_i      (result),
       .count_i       (count)
   );
 
   // What the capabilities rule out. The driver refuses the same; this is for any other software.
-  assign config_ok = (job.kind == xy_regs_pkg::job_kind__build)
-      && (job.primitives != '0) && (job.primitives[31:27] == '0)
+  logic compresses, traces, build_ok, trace_ok;
+  assign compresses = job.kind == xy_regs_pkg::job_kind__build_compressed;
+  assign traces     = job.kind == xy_regs_pkg::job_kind__trace;
+  assign build_ok   = ((job.kind == xy_regs_pkg::job_kind__build)
+          || (compresses && (job.treelet_depth == 3'(Depth)) && (Depth > 0)))
       && (job.input_format == 2'(xy_regs_pkg::input_format__aabb))
       && (job.record_format == xy_regs_pkg::record_format__box32)
       && ((job.morton_bits == 7'd30) || ((job.morton_bits == 7'd63) && (CodeWidth == 63)))
       && (job.leaf_size != '0);
-
-  logic unused_job;
-  assign unused_job = ^{job.rays, job.nodes, job.entries, job.node_format, job.modulo, job.any_hit,
-                        job.treelet_depth, job.root};
+  // Counts whose bytes cannot be addressed would wrap around.
+  assign trace_ok   = traces && (job.rays != '0) && (Tracer > 0)
+      && ({job.primitives[31:26], job.rays[31:26], job.nodes[31:26], job.entries[31:26]} == '0);
+  assign config_ok  = (job.primitives != '0) && (job.primitives[31:27] == '0) && (build_ok || trace_ok);
 
   xy_control #(.TimeOut(TimeOut)) u_control (
       .clk_i,
@@ -216,14 +224,27 @@ module xy_top #(
 
   // --- Units ---
 
-  logic                           rd_valid, rd_ready, rsp_valid, rsp_error, wr_valid, wr_ready, quiet;
-  logic [31:0]                    rd_addr, rsp_addr, wr_addr;
-  logic [TagWidth-1:0]            rd_tag, rsp_tag;
-  logic [xy_pkg::RegionWidth-1:0] rd_region, wr_region;
-  logic [xy_pkg::LineBits-1:0]    rsp_data, wr_data;
-  logic [xy_pkg::LineBytes-1:0]   wr_strb;
-  logic                           read_line, node, leaf, replace;
-  logic [6:0]                     wrote_bytes;
+  logic                         rd_valid, rd_ready, rsp_valid, rsp_error, wr_valid, wr_ready, quiet;
+  logic [31:0]                  rd_addr, rsp_addr, wr_addr;
+  logic [TagWidth-1:0]          rd_tag, rsp_tag;
+  xy_pkg::region_t              rd_region, wr_region;
+  logic [xy_pkg::LineBits-1:0]  rsp_data, wr_data;
+  logic [xy_pkg::LineBytes-1:0] wr_strb;
+
+  logic                         build_ready, build_done, build_error, build_region_valid;
+  logic [3:0]                   build_stage, build_code;
+  xy_pkg::region_t              build_region;
+  logic [31:0]                  build_addr, nodes;
+  logic                         node, leaf, replace, repaired;
+  logic                         build_rd_valid, build_wr_valid;
+  logic [31:0]                  build_rd_addr, build_wr_addr;
+  xy_pkg::region_t              build_rd_region, build_wr_region;
+  logic [xy_pkg::LineBits-1:0]  build_wr_data;
+  logic [xy_pkg::LineBytes-1:0] build_wr_strb;
+
+  // A line that comes back, for the unit that works.
+  logic                         arrives;
+  assign arrives = rsp_valid && !rsp_error && running;
 
   xy_builder #(
       .Capacity  (Capacity),
@@ -233,51 +254,141 @@ module xy_top #(
       .ReadAhead (ReadAhead),
       .CodeWidth (CodeWidth),
       .WriteLines(WriteLines),
+      .Depth     (Depth),
       .TagWidth  (TagWidth)
   ) u_builder (
       .clk_i,
       .rst_ni,
       .clear_i             (unit_clear),
-      .start_i             (unit_start),
-      .ready_o             (unit_ready),
+      .start_i             (unit_start && !traces),
+      .ready_o             (build_ready),
       .job_i               (job),
       .base_i              (base),
       .lines_i             (lines),
-      .stage_o             (unit_stage),
-      .done_o              (unit_done),
-      .error_o             (unit_error),
-      .error_code_o        (unit_code),
-      .error_region_valid_o(unit_region_valid),
-      .error_region_o      (unit_region),
-      .error_addr_o        (unit_addr),
+      .stage_o             (build_stage),
+      .done_o              (build_done),
+      .error_o             (build_error),
+      .error_code_o        (build_code),
+      .error_region_valid_o(build_region_valid),
+      .error_region_o      (build_region),
+      .error_addr_o        (build_addr),
       .root_valid_o        (root_valid),
       .root_o              (root),
-      .nodes_o             (result.nodes),
+      .nodes_o             (nodes),
       .leaves_o            (result.leaves),
       .node_o              (node),
       .leaf_o              (leaf),
       .replace_o           (replace),
-      .rd_valid_o          (rd_valid),
-      .rd_ready_i          (rd_ready),
-      .rd_addr_o           (rd_addr),
+      .repaired_o          (repaired),
+      .rd_valid_o          (build_rd_valid),
+      .rd_ready_i          (rd_ready && !traces),
+      .rd_addr_o           (build_rd_addr),
       .rd_tag_o            (rd_tag),
-      .rd_region_o         (rd_region),
-      .rsp_valid_i         (rsp_valid && !rsp_error && running),
+      .rd_region_o         (build_rd_region),
+      .rsp_valid_i         (arrives && !traces),
       .rsp_tag_i           (rsp_tag),
       .rsp_data_i          (rsp_data),
-      .wr_valid_o          (wr_valid),
-      .wr_ready_i          (wr_ready),
-      .wr_addr_o           (wr_addr),
-      .wr_data_o           (wr_data),
-      .wr_strb_o           (wr_strb),
-      .wr_region_o         (wr_region),
+      .wr_valid_o          (build_wr_valid),
+      .wr_ready_i          (wr_ready && !traces),
+      .wr_addr_o           (build_wr_addr),
+      .wr_data_o           (build_wr_data),
+      .wr_strb_o           (build_wr_strb),
+      .wr_region_o         (build_wr_region),
       .quiet_i             (quiet)
   );
 
-  assign result.quantized = '0;
-  assign result.hits      = '0;
+  logic                         trace_busy, trace_done, trace_error;
+  logic [3:0]                   trace_code;
+  xy_pkg::region_t              trace_region, trace_rd_region;
+  logic [31:0]                  trace_addr, hits;
+  logic                         fetched, tested_box, tested_triangle;
+  logic                         trace_rd_valid, trace_wr_valid;
+  logic [31:0]                  trace_rd_addr, trace_wr_addr;
+  logic [xy_pkg::LineBits-1:0]  trace_wr_data;
+  logic [xy_pkg::LineBytes-1:0] trace_wr_strb;
+
+  if (Tracer > 0) begin : gen_tracer
+    xy_tracer #(
+        .CacheWidth(CacheWidth),
+        .CacheBlock(CacheBlock)
+    ) u_tracer (
+        .clk_i,
+        .rst_ni,
+        .clear_i          (unit_clear),
+        .start_i          (unit_start && traces),
+        .busy_o           (trace_busy),
+        .job_i            (job),
+        .base_i           (base),
+        .done_o           (trace_done),
+        .error_o          (trace_error),
+        .error_code_o     (trace_code),
+        .error_region_o   (trace_region),
+        .error_addr_o     (trace_addr),
+        .hits_o           (hits),
+        .node_fetch_o     (fetched),
+        .box_test_o       (tested_box),
+        .triangle_test_o  (tested_triangle),
+        .rd_valid_o       (trace_rd_valid),
+        .rd_ready_i       (rd_ready && traces),
+        .rd_addr_o        (trace_rd_addr),
+        .rd_region_o      (trace_rd_region),
+        .rsp_valid_i      (arrives && traces),
+        .rsp_data_i       (rsp_data),
+        .wr_valid_o       (trace_wr_valid),
+        .wr_ready_i       (wr_ready && traces),
+        .wr_addr_o        (trace_wr_addr),
+        .wr_data_o        (trace_wr_data),
+        .wr_strb_o        (trace_wr_strb)
+    );
+  end else begin : gen_no_tracer
+    assign trace_busy      = 1'b0;
+    assign trace_done      = 1'b0;
+    assign trace_error     = 1'b0;
+    assign trace_code      = '0;
+    assign trace_region    = '0;
+    assign trace_addr      = '0;
+    assign hits            = '0;
+    assign fetched         = 1'b0;
+    assign tested_box      = 1'b0;
+    assign tested_triangle = 1'b0;
+    assign trace_rd_valid  = 1'b0;
+    assign trace_rd_addr   = '0;
+    assign trace_rd_region = '0;
+    assign trace_wr_valid  = 1'b0;
+    assign trace_wr_addr   = '0;
+    assign trace_wr_data   = '0;
+    assign trace_wr_strb   = '0;
+    logic unused_job;
+    assign unused_job = ^{job.rays, job.nodes, job.entries, job.node_format, job.any_hit, job.root};
+  end
+
+  // The unit of the job.
+  assign unit_ready        = traces ? !trace_busy : build_ready;
+  assign unit_done         = traces ? trace_done : build_done;
+  assign unit_error        = traces ? trace_error : build_error;
+  assign unit_stage        = traces ? 4'(xy_regs_pkg::stage__trace) : build_stage;
+  assign unit_code         = traces ? trace_code : build_code;
+  assign unit_region_valid = traces || build_region_valid;
+  assign unit_region       = traces ? trace_region : build_region;
+  assign unit_addr         = traces ? trace_addr : build_addr;
+
+  assign rd_valid          = traces ? trace_rd_valid : build_rd_valid;
+  assign rd_addr           = traces ? trace_rd_addr : build_rd_addr;
+  assign rd_region         = traces ? trace_rd_region : build_rd_region;
+  assign wr_valid          = traces ? trace_wr_valid : build_wr_valid;
+  assign wr_addr           = traces ? trace_wr_addr : build_wr_addr;
+  assign wr_data           = traces ? trace_wr_data : build_wr_data;
+  assign wr_strb           = traces ? trace_wr_strb : build_wr_strb;
+  assign wr_region         = traces ? 3'(xy_regs_pkg::region_id__hits) : build_wr_region;
+
+  assign result.nodes      = compresses ? '0 : nodes;
+  assign result.quantized  = compresses ? nodes : '0;
+  assign result.hits       = traces ? hits : '0;
 
   // --- Memory ---
+
+  logic       read_line;
+  logic [6:0] wrote_bytes;
 
   // Once the control has taken a unit out of work, nobody listens to it, and it hears of no line.
   xy_port #(
@@ -360,6 +471,10 @@ module xy_top #(
     events[3] = 7'(node);
     events[4] = 7'(leaf);
     events[5] = 7'(replace);
+    events[6] = 7'(repaired);
+    events[7] = 7'(fetched);
+    events[8] = 7'(tested_box);
+    events[9] = 7'(tested_triangle);
   end
 
   xy_counters #(.Counters(xy_pkg::Events)) u_counters (

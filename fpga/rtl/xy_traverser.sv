@@ -65,6 +65,7 @@ module xy_traverser #(
     output logic                       rd_valid_o,
     input  logic                       rd_ready_i,
     output logic [31:0]                rd_addr_o,
+    output xy_regs_pkg::region_id_e    rd_region_o,  // where that is to be
     input  logic                       rsp_valid_i,
     input  logic [511:0]               rsp_data_i,
 
@@ -522,6 +523,18 @@ module xy_traverser #(
         word_addr  = triangle_ptr_q;
       end
       default: ;
+    endcase
+  end
+
+  // The word that misses is the one asked for, as long as it does.
+  always_comb begin
+    unique case (state_q)
+      ReadRay:      rd_region_o = xy_regs_pkg::region_id__rays;
+      FetchEntry:   rd_region_o = xy_regs_pkg::region_id__leaf_table;
+      ReadTriangle: rd_region_o = xy_regs_pkg::region_id__primitives;
+      default: begin
+        rd_region_o = quantized_i ? xy_regs_pkg::region_id__quantized : xy_regs_pkg::region_id__nodes;
+      end
     endcase
   end
 

@@ -1,4 +1,4 @@
-//! The emitter with the streaming compressor: what it is fed, and the lockstep with its model.
+//! The emitter with the streaming compressor, `xy_emit` as it compresses: what it is fed, and the lockstep with its model.
 
 use std::path::{Path, PathBuf};
 
@@ -60,21 +60,17 @@ pub fn build(config: CompressConfig, mutation: Option<Mutation>) -> Result<PathB
         ("Margin", config.margin.into()),
         ("MinScale", config.min_scale.into()),
     ];
-    let unit = Unit {
-        top: "xy_compress",
-        files: "compress.f",
-        config: config.name,
-        parameters: &parameters,
-    };
+    let unit =
+        Unit { top: "xy_emit", files: "emit.f", config: config.name, parameters: &parameters };
     verilate::unit(&unit, mutation)
 }
 
 pins!(Pins {
-    clear_i, start_i, node_base_i, node_size_i, leaf_base_i, leaf_size_i, max_leaf_i, modulo_i,
-    item_valid_i, item_i, item_code_i, end_i, rd_ready_i, rsp_valid_i, rsp_data_i, wr_ready_i,
-    leaf_wr_ready_i;
-    item_ready_o, rd_valid_o, rd_addr_o, wr_valid_o, wr_addr_o, wr_data_o, wr_strb_o,
-    leaf_wr_valid_o, leaf_wr_addr_o, leaf_wr_data_o, leaf_wr_strb_o, leaf_wr_last_o, repaired_o,
+    clear_i, start_i, node_base_i, node_size_i, leaf_base_i, leaf_size_i, max_leaf_i, compress_i,
+    modulo_i, item_valid_i, item_i, item_code_i, end_i, rd_ready_i, rsp_valid_i, rsp_data_i,
+    node_wr_ready_i, leaf_wr_ready_i;
+    item_ready_o, rd_valid_o, rd_addr_o, node_wr_valid_o, node_wr_addr_o, node_wr_data_o,
+    node_wr_strb_o, node_wr_last_o, leaf_wr_valid_o, leaf_wr_addr_o, leaf_wr_data_o, leaf_wr_strb_o, leaf_wr_last_o, repaired_o,
     done_o, error_o, root_valid_o, root_o, node_count_o, leaf_count_o, entry_count_o,
 });
 
@@ -228,7 +224,7 @@ impl Tree {
             rtl.set(pins.item_code_i, shown.code);
             rtl.set(pins.end_i, end);
             rtl.set(pins.rd_ready_i, ready[0]);
-            rtl.set(pins.wr_ready_i, ready[1]);
+            rtl.set(pins.node_wr_ready_i, ready[1]);
             rtl.set(pins.leaf_wr_ready_i, ready[2]);
             rtl.set(pins.rsp_valid_i, arrives.is_some());
             if let Some(addr) = arrives {
@@ -237,12 +233,16 @@ impl Tree {
             }
             rtl.settle();
             let read = rtl.is_set(pins.rd_valid_o) && ready[0];
-            let (read_addr, was_set) = (rtl.get(pins.rd_addr_o), rtl.is_set(pins.wr_valid_o));
+            let (read_addr, was_set) = (rtl.get(pins.rd_addr_o), rtl.is_set(pins.node_wr_valid_o));
             if read {
                 flying = Some((cycle + 1 + random.below(self.latency), read_addr));
             }
             let line = (was_set && ready[1]).then(|| {
-                (rtl.get(pins.wr_addr_o), rtl.get(pins.wr_strb_o), rtl.bytes(pins.wr_data_o))
+                (
+                    rtl.get(pins.node_wr_addr_o),
+                    rtl.get(pins.node_wr_strb_o),
+                    rtl.bytes(pins.node_wr_data_o),
+                )
             });
             if let Some((addr, strobe, bytes)) = line {
                 for (i, byte) in bytes.into_iter().enumerate().filter(|(i, _)| strobe >> i & 1 > 0)
@@ -297,8 +297,8 @@ impl Tree {
             summary.repairs += model.compressor().events().backtracks() - repairs;
             if let Err(error) = did.map(drop).and(ended) {
                 failed = match error {
-                    BuildError::RegionFull { region: RegionName::LeafTable, .. } => 8,
-                    _ => 2,
+                    BuildError::RegionFull { region: RegionName::LeafTable, .. } => 2,
+                    _ => 1,
                 };
             }
             bench.edge()?;
@@ -330,6 +330,7 @@ impl Tree {
         rtl.set(pins.leaf_size_i, self.regions.leaf_table.size);
         rtl.set(pins.max_leaf_i, self.build.max_leaf_size);
         let modulo = self.compression.quantization.coordinates == Coordinates::Modulo;
+        rtl.set(pins.compress_i, 1u64);
         rtl.set(pins.modulo_i, modulo);
         rtl.set(pins.item_valid_i, 0u64);
         rtl.set(pins.end_i, 0u64);
@@ -363,11 +364,12 @@ impl Tree {
         if let Some(addr) = compressor.read() {
             bench.expect(pins.rd_addr_o, addr)?;
         }
-        bench.expect(pins.wr_valid_o, compressor.write().is_some())?;
+        bench.expect(pins.node_wr_valid_o, compressor.write().is_some())?;
         if let Some(line) = compressor.write() {
             let from = line.addr % 64;
-            bench.expect(pins.wr_addr_o, line.addr - from)?;
-            expect_line(bench, [pins.wr_data_o, pins.wr_strb_o], from, &line.bytes)?;
+            bench.expect(pins.node_wr_addr_o, line.addr - from)?;
+            bench.expect(pins.node_wr_last_o, 1u64)?;
+            expect_line(bench, [pins.node_wr_data_o, pins.node_wr_strb_o], from, &line.bytes)?;
         }
         let leaf_table = model.leaf_table();
         bench.expect(pins.leaf_wr_valid_o, leaf_table.offer().is_some())?;

@@ -25,13 +25,15 @@ pub struct EmitConfig {
     pub code_bits: u32,
     /// Lines of a burst of nodes or leaf table entries.
     pub burst_lines: u32,
+    /// Layers of treelets of the compressor beside it, which does nothing here.
+    pub depth: u32,
 }
 
 impl EmitConfig {
-    /// Bursts of two lines.
-    pub const SMALL: Self = Self { name: "small", code_bits: 63, burst_lines: 2 };
+    /// Bursts of two lines, no compressor.
+    pub const SMALL: Self = Self { name: "small", code_bits: 63, burst_lines: 2, depth: 0 };
     /// Bursts of eight lines, the builder's.
-    pub const PAPER: Self = Self { name: "paper", code_bits: 63, burst_lines: 8 };
+    pub const PAPER: Self = Self { name: "paper", code_bits: 63, burst_lines: 8, depth: 2 };
     /// All of them.
     pub const ALL: [Self; 2] = [Self::SMALL, Self::PAPER];
 }
@@ -41,17 +43,20 @@ impl EmitConfig {
 /// # Errors
 /// As [`verilate::unit`].
 pub fn build(config: EmitConfig, mutation: Option<Mutation>) -> Result<PathBuf, CosimError> {
-    let parameters =
-        [("CodeWidth", config.code_bits.into()), ("BurstLines", config.burst_lines.into())];
+    let parameters = [
+        ("CodeWidth", config.code_bits.into()),
+        ("BurstLines", config.burst_lines.into()),
+        ("Depth", config.depth.into()),
+    ];
     let unit =
         Unit { top: "xy_emit", files: "emit.f", config: config.name, parameters: &parameters };
     verilate::unit(&unit, mutation)
 }
 
 pins!(Pins {
-    clear_i, start_i, node_base_i, node_size_i, leaf_base_i, leaf_size_i, max_leaf_i, item_valid_i,
-    item_i, item_code_i, end_i, node_wr_ready_i, leaf_wr_ready_i;
-    item_ready_o, node_wr_valid_o, node_wr_addr_o, node_wr_data_o, node_wr_strb_o, node_wr_last_o,
+    clear_i, start_i, node_base_i, node_size_i, leaf_base_i, leaf_size_i, max_leaf_i, compress_i,
+    item_valid_i, item_i, item_code_i, end_i, node_wr_ready_i, leaf_wr_ready_i;
+    item_ready_o, rd_valid_o, node_wr_valid_o, node_wr_addr_o, node_wr_data_o, node_wr_strb_o, node_wr_last_o,
     leaf_wr_valid_o, leaf_wr_addr_o, leaf_wr_data_o, leaf_wr_strb_o, leaf_wr_last_o, done_o, error_o,
     root_valid_o, root_o, node_count_o, leaf_count_o, entry_count_o,
 });
@@ -168,6 +173,7 @@ impl Tree<'_> {
             }
 
             bench.expect(pins.done_o, model.is_finished())?;
+            bench.expect(pins.rd_valid_o, 0u64)?;
             let emitter = model.emitter();
             bench.expect(pins.root_valid_o, emitter.root().is_some())?;
             if let Some(root) = emitter.root() {
@@ -229,6 +235,7 @@ impl Tree<'_> {
         rtl.set(pins.leaf_base_i, self.regions.leaf_table.base.0);
         rtl.set(pins.leaf_size_i, self.regions.leaf_table.size);
         rtl.set(pins.max_leaf_i, self.max_leaf);
+        rtl.set(pins.compress_i, 0u64);
         rtl.set(pins.item_valid_i, 0u64);
         rtl.set(pins.end_i, 0u64);
         rtl.settle();

@@ -31,6 +31,14 @@ pub struct TopConfig {
     pub data_bits: u32,
     /// Cycles without movement after which memory is given up.
     pub time_out: u32,
+    /// Of the compressor's treelets; 0 without compressor.
+    pub depth: u32,
+    /// Whether there is a traversal unit.
+    pub tracer: bool,
+    /// That unit's cache holds 2 to the power of this many lines.
+    pub cache_width: u32,
+    /// Whether those are in block memory.
+    pub cache_block: bool,
 }
 
 impl TopConfig {
@@ -44,6 +52,10 @@ impl TopConfig {
         read_ahead: 8,
         data_bits: 512,
         time_out: 2000,
+        depth: 1,
+        tracer: true,
+        cache_width: 4,
+        cache_block: false,
     };
     /// P2 §6.2.
     pub const PAPER: Self = Self {
@@ -55,6 +67,10 @@ impl TopConfig {
         read_ahead: 32,
         data_bits: 512,
         time_out: 1 << 20,
+        depth: 2,
+        tracer: true,
+        cache_width: 9,
+        cache_block: true,
     };
 
     /// Every named configuration.
@@ -84,6 +100,10 @@ impl TopConfig {
                 ("DataWidth", self.data_bits.into()),
                 ("WriteLines", Self::WRITE_LINES.into()),
                 ("TimeOut", self.time_out.into()),
+                ("Depth", self.depth.into()),
+                ("Tracer", self.tracer.into()),
+                ("CacheWidth", self.cache_width.into()),
+                ("CacheBlock", self.cache_block.into()),
             ],
         };
         verilate::unit(&unit, mutation)

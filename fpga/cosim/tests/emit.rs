@@ -87,5 +87,6 @@ fn configurations_are_the_same_in_rust_and_rtl() {
         let section = section[config.name].as_table().unwrap();
         assert_eq!(section["code_bits"].as_integer(), Some(config.code_bits.into()));
         assert_eq!(section["burst_lines"].as_integer(), Some(config.burst_lines.into()));
+        assert_eq!(section["depth"].as_integer(), Some(config.depth.into()));
     }
 }

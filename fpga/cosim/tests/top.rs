@@ -6,9 +6,10 @@ use std::path::Path;
 use xylem::machine::port::{IdealPort, Port};
 use xylem::run::{self, Layout};
 use xylem::scene::{self, LoadOptions};
+use xylem_core::compress::Compression;
 use xylem_core::geom::Triangle;
 use xylem_core::mem::Region;
-use xylem_core::node::{Bvh2Node, LeafEntry, Tree};
+use xylem_core::node::{Coordinates, LeafEntry, Quantization, Tree};
 use xylem_core::num::MortonWidth;
 use xylem_core::pipeline::{self, BuildConfig};
 use xylem_core::sort::{InputFormat, RecordFormat, SortConfig};
@@ -80,7 +81,11 @@ impl Case {
             record: RecordFormat::Box32,
             morton: self.config.morton,
             max_leaf_size: self.config.max_leaf_size,
-            compressed: None,
+            compressed: self.config.compression.map(|compression| xylem_driver::Compression {
+                target: regions.nodes,
+                coordinates: compression.quantization.coordinates,
+                treelet_depth: compression.treelet_depth,
+            }),
         }
     }
 
@@ -97,7 +102,8 @@ impl Case {
         assert_eq!(built.root, self.tree.root, "{what}");
         let counts = |tree: &Tree| (tree.node_count, tree.leaf_count, tree.entry_count);
         assert_eq!(counts(&built), counts(&self.tree), "{what}");
-        let nodes = used(self.layout.build.nodes, self.tree.node_count, Bvh2Node::BYTES);
+        let node_bytes = self.tree.format.bytes() as usize;
+        let nodes = used(self.layout.build.nodes, self.tree.node_count, node_bytes);
         let entries = used(self.layout.build.leaf_table, self.count, LeafEntry::BYTES);
         for region in [entries, nodes] {
             let mut at = region.base.0 as usize..(region.base.0 + region.size) as usize;
@@ -176,6 +182,41 @@ fn leaves_and_codes_of_every_kind_give_the_core_s_bytes() {
     }
 }
 
+/// A change that compresses nodes as `top` does, in `coordinates`.
+fn compressed(top: &TopConfig, coordinates: Coordinates) -> impl Fn(&mut BuildConfig) {
+    let treelet_depth = top.depth as u8;
+    move |config| {
+        let quantization = Quantization { coordinates, ..Quantization::MODULO };
+        let compression = Compression { quantization, treelet_depth, ..Compression::DEFAULT };
+        config.compression = Some(compression);
+    }
+}
+
+#[test]
+fn trees_compressed_as_they_are_built_have_the_core_s_bytes() {
+    if !tools_for("trees_compressed_as_they_are_built_have_the_core_s_bytes") {
+        return;
+    }
+    for (config, counts) in
+        [(TopConfig::SMALL, &[1, 2, 5, 9, 127, 300, 2049][..]), (TopConfig::PAPER, &[2, 300, 9000])]
+    {
+        for coordinates in [Coordinates::Relative, Coordinates::Modulo] {
+            let top = load(&config, 4, 15, 6);
+            let mut backtracks = 0;
+            for &count in counts {
+                let change = compressed(&config, coordinates);
+                let case = Case::new(&soup(count, 20), &config, change);
+                let before = top.driver().unwrap().counters().unwrap().backtracks;
+                case.check(&format!("{count} primitives, {coordinates:?}"), &top);
+                backtracks += top.driver().unwrap().counters().unwrap().backtracks - before;
+                // The same unit builds plain trees in between.
+                Case::new(&soup(count, 21), &config, |_| ()).check("plain", &top);
+            }
+            assert!(backtracks > 0, "nothing was repaired");
+        }
+    }
+}
+
 #[test]
 fn degenerate_scenes_give_the_core_s_bytes() {
     if !tools_for("degenerate_scenes_give_the_core_s_bytes") {
@@ -196,6 +237,8 @@ fn degenerate_scenes_give_the_core_s_bytes() {
             continue;
         }
         Case::new(&mesh.triangles, &config, |_| ()).check(&name, &top);
+        let compress = compressed(&config, Coordinates::Modulo);
+        Case::new(&mesh.triangles, &config, compress).check(&name, &top);
         built += 1;
     }
     assert!(built >= 10, "only {built} scenes were built");
@@ -224,6 +267,10 @@ fn real_scenes_give_the_core_s_bytes() {
             let cycles = case.check(&format!("{name}, {}", config.name), &top);
             let rate = cycles as f64 / start.elapsed().as_secs_f64() / 1e3;
             println!("top: {name}, {}: bytes equal, {cycles} cycles, {rate:.0} k/s", config.name);
+            let change = compressed(&config, Coordinates::Modulo);
+            let case = Case::new(&mesh.triangles, &config, change);
+            let cycles = case.check(&format!("{name}, {}", config.name), &top);
+            println!("top: {name}, {}, compressed: bytes equal, {cycles} cycles", config.name);
         }
     }
 }
@@ -403,6 +450,10 @@ fn configurations_are_the_same_in_rust_and_rtl() {
             ("fifo", config.fifo),
             ("read_ahead", config.read_ahead),
             ("data_bits", config.data_bits),
+            ("depth", config.depth),
+            ("tracer", u32::from(config.tracer)),
+            ("cache_width", config.cache_width),
+            ("cache_block", u32::from(config.cache_block)),
             ("write_lines", TopConfig::WRITE_LINES),
             ("time_out", config.time_out),
         ] {

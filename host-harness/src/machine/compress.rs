@@ -1,4 +1,4 @@
-//! Cycle model of the emitter with the streaming compressor behind it, `xy_compress`.
+//! Cycle model of the emitter with the streaming compressor behind it, `xy_emit` as it compresses.
 
 use xylem_core::compress::{Compression, HeldNode};
 use xylem_core::error::{BuildError, RegionName};

@@ -45,10 +45,8 @@ impl<P: Port> Machine<'_, P> {
         }
         match reads {
             Reads::Input => self.read_input(),
-            // A repair holds the emitter up; it waits for the end of a burst at most.
-            Reads::Runs if self.lines.asked == 0 && self.tail.read().is_some() => {
-                self.read_for_tail();
-            }
+            // A repair holds the emitter up, so it goes first, even between the lines of a burst.
+            Reads::Runs if self.tail.read().is_some() => self.read_for_tail(),
             Reads::Runs => self.read_bursts(),
             Reads::Tail => self.read_for_tail(),
         }
