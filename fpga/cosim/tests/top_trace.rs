@@ -12,8 +12,11 @@ use xylem_cosim::random::Random;
 use xylem_cosim::tools_for;
 use xylem_cosim::top::{Shared, Top, TopConfig};
 use xylem_cosim::traverser::scenes::{FORMATS, Set, damaged, expected};
-use xylem_driver::{JobError, Micros, TraceJob, WaitError};
-use xylem_regs::{ErrorCode, RegionId};
+use xylem_driver::{JobError, Micros, RegisterAccess, TraceJob, WaitError};
+use xylem_regs::{
+    CTRL, Ctrl, ERROR_INFO, ErrorCode, ErrorInfo, JobKind, REGION_PRIMITIVES_BASE, RegionId,
+    Register, STATUS,
+};
 
 /// A trace in memory, and what the core makes of it.
 struct Case {
@@ -119,7 +122,7 @@ fn trace_jobs_give_the_core_s_records() {
     if !tools_for("trace_jobs_give_the_core_s_records") {
         return;
     }
-    let sets = [("degenerate/one_triangle", 4), ("cornell_box", 12), ("flake_small", 10)]
+    let sets = [("degenerate/one_triangle", 3), ("cornell_box", 6), ("flake_small", 4)]
         .map(|(name, count)| Set::new(name, count, 1));
     for (config, latency) in [(TopConfig::SMALL, 12), (TopConfig::PAPER, 30)] {
         let top = load(&config, 5, latency, 2);
@@ -185,15 +188,14 @@ fn with_one_line(
     region: RegionId,
     top: &Shared<IdealPort>,
 ) -> (ErrorCode, Option<RegionId>) {
-    use xylem_driver::RegisterAccess;
-    use xylem_regs::{
-        CTRL, Ctrl, ERROR_INFO, ErrorInfo, JobKind, REGION_PRIMITIVES_BASE, Register,
-    };
     let size = REGION_PRIMITIVES_BASE.offset() + 8 * region as u32 + 4;
     registers.write(size, 64).unwrap();
     let start = Ctrl::RESET.with_job(JobKind::Trace).with_start(true);
     registers.write(CTRL.offset(), start.bits()).unwrap();
-    top.with(|top| (0..200_000).for_each(|_| top.tick()));
+    // Bit 0: busy.
+    while registers.read(STATUS.offset()).unwrap() & 1 == 1 {
+        top.with(|top| (0..100).for_each(|_| top.tick()));
+    }
     let info = ErrorInfo::from_bits(registers.read(ERROR_INFO.offset()).unwrap());
     (info.code().unwrap(), info.region_valid().then(|| info.region().unwrap()))
 }
