@@ -26,7 +26,7 @@ fn ready(test: &str, engine: Engine) -> Option<PathBuf> {
 }
 
 /// Triangles strewn over the grid, some of them twice, and a few rays.
-fn scene(count: u32, morton: MortonWidth) -> SceneBlob {
+fn scene(config: &AcceleratorConfig, count: u32, morton: MortonWidth) -> SceneBlob {
     let mut state = 7u64;
     let mut around = |reach: i64| {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -46,7 +46,9 @@ fn scene(count: u32, morton: MortonWidth) -> SceneBlob {
     });
     let rays = rays.collect();
     let sort = SortConfig { capacity: 64, burst: 4, ..SortConfig::PAPER };
-    SceneBlob { morton, sort, triangles, rays, accelerator: true, ..SceneBlob::default() }
+    let accelerator = true;
+    let treelet_depth = config.treelet_depth;
+    SceneBlob { morton, sort, triangles, rays, treelet_depth, accelerator, ..SceneBlob::default() }
 }
 
 fn run(engine: Engine, elf: &std::path::Path, scene: &SceneBlob, beside: Beside) -> Outcome {
@@ -83,11 +85,11 @@ fn the_model_makes_what_the_firmware_makes() {
         (AcceleratorConfig::PAPER, MortonWidth::Bits30),
     ] {
         let beside = Beside { config, latency: 10 };
-        let scene = scene(900, morton);
+        let scene = scene(&config, 900, morton);
         let outcome = run(Engine::Sim, &elf, &scene, beside);
         let report = accelerated(&outcome);
         assert!(report.is_equal(), "{report:?}");
-        assert_eq!(report.outputs[..2], [Some(true); 2]);
+        assert_eq!(report.outputs, [Some(true); 4]);
         let build = report.parts[Part::Build as usize].expect("a build");
         assert!(build.cycles * 20 < outcome.report.cycles[..3].iter().sum::<u64>(), "{build:?}");
         print(&outcome, &beside);
@@ -105,7 +107,7 @@ fn the_rtl_makes_what_the_firmware_makes_on_the_rtl_of_a_core() {
     let Some(elf) = ready(test, Engine::PicoRv32) else { return };
     let beside = Beside { config: AcceleratorConfig::SMALL, latency: 10 };
     for (count, morton) in [(1, MortonWidth::Bits30), (300, MortonWidth::Bits63)] {
-        let scene = scene(count, morton);
+        let scene = scene(&beside.config, count, morton);
         let outcome = run(Engine::PicoRv32, &elf, &scene, beside);
         let report = accelerated(&outcome);
         assert!(report.is_equal(), "{report:?}");
@@ -113,15 +115,18 @@ fn the_rtl_makes_what_the_firmware_makes_on_the_rtl_of_a_core() {
         // The model says the same of the software, and counts the same in the accelerator.
         let model = run(Engine::Sim, &elf, &scene, beside);
         assert_eq!(model.report, outcome.report);
-        let counted = |outcome| {
-            let part = accelerated(outcome).parts[Part::Build as usize].expect("a build");
-            (part.cycles, part.counters)
-        };
-        let ((rtl_cycles, rtl), (model_cycles, model)) = (counted(&outcome), counted(&model));
-        println!("core's cycles: RTL {rtl_cycles}, model {model_cycles}");
-        println!("counters: RTL {rtl:?}\n        model {model:?}");
-        let events = |c: &soc::Counters| [c.nodes, c.leaves, c.heap_replaces, c.bytes_written];
-        assert_eq!(events(&rtl), events(&model));
+        assert_eq!(report.outputs, [Some(true); 4]);
+        for part in [Part::Build, Part::BuildCompressed, Part::Trace] {
+            let counted = |outcome| {
+                let part = accelerated(outcome).parts[part as usize].expect("a part");
+                (part.cycles, part.counters)
+            };
+            let ((rtl_cycles, rtl), (model_cycles, model)) = (counted(&outcome), counted(&model));
+            println!("{}: core's cycles: RTL {rtl_cycles}, model {model_cycles}", part.as_str());
+            println!("counters: RTL {rtl:?}\n        model {model:?}");
+            let events = |c: &soc::Counters| soc::Counters { cycles: 0, ..*c };
+            assert_eq!(events(&rtl), events(&model), "{}", part.as_str());
+        }
     }
 }
 
@@ -130,7 +135,7 @@ fn a_core_whose_accelerator_is_missing_says_so() {
     let test = "a_core_whose_accelerator_is_missing_says_so";
     for engine in [Engine::Sim, Engine::PicoRv32] {
         let Some(elf) = ready(test, engine) else { continue };
-        let scene = scene(5, MortonWidth::Bits30);
+        let scene = scene(&AcceleratorConfig::SMALL, 5, MortonWidth::Bits30);
         let error = soc::run(engine, &elf, &scene, &Options::default()).unwrap_err();
         assert!(matches!(error, SocError::Failed { code: 4, .. }), "{engine}: {error}");
         assert!(error.to_string().contains("NotFound"), "{engine}: {error}");
@@ -141,8 +146,9 @@ fn a_core_whose_accelerator_is_missing_says_so() {
 fn an_engine_without_an_accelerator_refuses_one() {
     let test = "an_engine_without_an_accelerator_refuses_one";
     let Some(elf) = ready(test, Engine::Qemu) else { return };
-    let accelerator = Some(Beside { config: AcceleratorConfig::SMALL, latency: 1 });
-    let options = Options { accelerator, ..Options::default() };
-    let error = soc::run(Engine::Qemu, &elf, &scene(1, MortonWidth::Bits30), &options);
+    let beside = Beside { config: AcceleratorConfig::SMALL, latency: 1 };
+    let options = Options { accelerator: Some(beside), ..Options::default() };
+    let error =
+        soc::run(Engine::Qemu, &elf, &scene(&beside.config, 1, MortonWidth::Bits30), &options);
     assert!(matches!(error, Err(SocError::NoAccelerator { .. })), "{error:?}");
 }

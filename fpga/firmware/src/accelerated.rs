@@ -5,7 +5,8 @@ use xylem_driver::Counters;
 use crate::report::{OUTPUTS, halves, to_bytes, words};
 
 /// The parts of the accelerated job, in order: each is at its own number.
-pub const PARTS: [Part; 4] = [Part::Prepare, Part::Build, Part::Compress, Part::Trace];
+pub const PARTS: [Part; 5] =
+    [Part::Prepare, Part::Build, Part::Compress, Part::BuildCompressed, Part::Trace];
 
 /// A part of the accelerated job.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
@@ -15,8 +16,10 @@ pub enum Part {
     Prepare,
     /// The tree of 64-byte nodes.
     Build,
-    /// Its quantized nodes.
+    /// Its quantized nodes, from the root down.
     Compress,
+    /// The tree of quantized nodes at once, which the software makes of the one of 64-byte nodes.
+    BuildCompressed,
     /// The rays.
     Trace,
 }
@@ -28,6 +31,7 @@ impl Part {
             Self::Prepare => "prepare",
             Self::Build => "build",
             Self::Compress => "compress",
+            Self::BuildCompressed => "build compressed",
             Self::Trace => "trace",
         }
     }
@@ -61,6 +65,15 @@ impl Accelerated {
     /// Whether all that was made is what the software made.
     pub fn is_equal(&self) -> bool {
         self.same_counts && self.outputs.iter().all(|output| *output != Some(false))
+    }
+
+    /// The parts that the accelerator might have done, had it the units; `treelet_depth` is that of the
+    /// [scene](crate::blob::Header::treelet_depth). They are the software's.
+    pub fn missing(&self, treelet_depth: u8) -> impl Iterator<Item = Part> {
+        let compress = if treelet_depth > 0 { Part::BuildCompressed } else { Part::Compress };
+        let done = self.parts;
+        let wanted = [Part::Build, compress, Part::Trace].into_iter();
+        wanted.filter(move |&part| done.get(part as usize).is_some_and(Option::is_none))
     }
 
     /// The report's bytes, little-endian: a word of flags (from bit 0 the parts that were done, from bit
@@ -141,12 +154,14 @@ mod tests {
     fn reports_round_trip() {
         let part = |n: u64| from_numbers(core::array::from_fn(|i| (1 << 40) + 100 * n + i as u64));
         let report = Accelerated {
-            parts: [Some(part(1)), Some(part(2)), None, Some(part(3))],
+            parts: [Some(part(1)), Some(part(2)), None, None, Some(part(3))],
             outputs: [Some(true), Some(false), None, Some(true)],
             same_counts: true,
         };
         let bytes = report.to_bytes();
         assert_eq!(Accelerated::from_bytes(&bytes), Some(report));
+        assert!(report.missing(0).eq([Part::Compress]));
+        assert!(report.missing(2).eq([Part::BuildCompressed]));
         assert_eq!(Accelerated::from_bytes(&bytes[1..]), None);
         assert_eq!(Accelerated::from_bytes(&[]), None);
     }

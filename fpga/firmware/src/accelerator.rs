@@ -1,7 +1,7 @@
 //! The same job, done by the accelerator and compared with what the software did.
 //!
-//! The accelerator gets regions of its own behind the software's. What it cannot do is left out, and what
-//! needs that takes the software's: rays go through the accelerator's own tree if it can make one of
+//! The accelerator gets regions of its own behind the software's. What its capabilities do not name stays
+//! software, and what needs that takes the software's: rays go through the accelerator's own tree if it can make one of
 //! the traced format. Outputs are compared byte by byte.
 
 use core::fmt;
@@ -25,7 +25,7 @@ use crate::accelerated::{Accelerated, Part, PartReport};
 use crate::blob::{ALIGN, Header};
 use crate::job::{Clock, Finished};
 use crate::layout::Places;
-use crate::report::OUTPUTS;
+use crate::report::Output;
 
 /// Why the accelerator did not do the job. `B` is the memory bus' error, `R` that of the register
 /// access, `P` that of the interrupt line.
@@ -116,88 +116,160 @@ pub fn run<B: Bus, C: Clock, R: RegisterAccess, D: DelayNs, I: InputPin>(
     let header = software.blob.header;
     check(&header, &can)?;
     let places = Own::new(software)?;
-    let mut report = Accelerated::default();
-
-    let mut job = BuildJob {
-        regions: places.build,
-        count: header.triangles,
-        input: InputFormat::Triangle40,
-        record: RecordFormat::Box32,
-        morton: header.morton,
-        max_leaf_size: header.max_leaf_size,
-        compressed: None,
-    };
-    if can.features.input_triangle() {
-        job.regions.primitives = padded(software.blob.triangles);
-    } else {
-        job.input = InputFormat::Box32;
-        let start = clock.cycles();
-        write_boxes(bus, header.grid, software.blob.triangles, header.triangles, places.boxes)?;
-        let cycles = clock.cycles().wrapping_sub(start);
-        report.parts[Part::Prepare as usize] =
-            Some(PartReport { cycles, counters: Counters::default() });
-    }
-
-    let mut machine = Machine { xylem, clock, timeout: timeout(&header), can };
-    let (exact, done) = machine.part(
-        Part::Build,
-        |xylem| xylem.start_build(&job),
-        |xylem| xylem.built_tree(&job),
-    )?;
-    report.parts[Part::Build as usize] = Some(done);
-    let theirs = software.layout.outputs(&software.exact);
-    let mut ours = [None; OUTPUTS.len()];
-    ours[0] = Some(used(exact.leaf_table, exact.entry_count, LeafEntry::BYTES));
-    ours[1] = Some(used(exact.nodes, exact.node_count, Bvh2Node::BYTES));
-    report.same_counts = exact.root == software.exact.root
-        && exact.node_count == software.exact.node_count
-        && exact.leaf_count == software.exact.leaf_count;
-
+    let timeout = timeout(&header);
+    let machine = Machine { xylem, clock, timeout, can };
+    let report = Accelerated { same_counts: true, ..Accelerated::default() };
+    let mut run = Run { bus, software, places, machine, report };
+    let job = run.prepare()?;
+    let exact = if can.features.build() { Some(run.build(&job)?) } else { None };
     let mut quantized = None;
-    if can.features.compress() && exact.node_count > 0 {
-        let target = places.quantized;
-        let coordinates = coordinates(&header);
-        let compression = Compression { target, coordinates, treelet_depth: 1 };
-        let job = CompressJob { tree: exact, compression };
-        let (tree, done) =
-            machine.part(Part::Compress, |xylem| xylem.start_compress(&job), |_| Ok(job.tree()))?;
-        report.parts[Part::Compress as usize] = Some(done);
-        let stride = Quantization::RELATIVE.node_bytes() as usize;
-        ours[2] = Some(used(target, tree.node_count, stride));
-        quantized = Some(tree);
+    if header.treelet_depth == 0 {
+        if let Some(exact) = exact.filter(|tree| can.features.compress() && tree.node_count > 0) {
+            quantized = Some(run.compress(exact)?);
+        }
+    } else if can.features.build_compressed()
+        && header.treelet_depth == can.geometry.treelet_depth()
+    {
+        quantized = Some(run.build_compressed(&job)?);
+    }
+    if can_trace(&header, &can) && header.rays > 0 {
+        run.trace(if header.format == NodeFormat::Bvh2 { exact } else { quantized })?;
+    }
+    Ok(run.report)
+}
+
+/// The job on the accelerator.
+struct Run<'a, B, C, R, D, I> {
+    bus: &'a mut B,
+    software: &'a Finished,
+    places: Own,
+    machine: Machine<'a, R, D, I, C>,
+    report: Accelerated,
+}
+
+impl<B: Bus, C: Clock, R: RegisterAccess, D: DelayNs, I: InputPin> Run<'_, B, C, R, D, I> {
+    /// Makes the input that the accelerator takes, and describes the build.
+    fn prepare(&mut self) -> Result<BuildJob, ErrorWith<B::Error, R, I>> {
+        let header = &self.software.blob.header;
+        let triangles = self.software.blob.triangles;
+        let mut job = BuildJob {
+            regions: self.places.build,
+            count: header.triangles,
+            input: InputFormat::Triangle40,
+            record: RecordFormat::Box32,
+            morton: header.morton,
+            max_leaf_size: header.max_leaf_size,
+            compressed: None,
+        };
+        if self.machine.can.features.input_triangle() {
+            job.regions.primitives = padded(triangles);
+            return Ok(job);
+        }
+        job.input = InputFormat::Box32;
+        let clock = &mut self.machine.clock;
+        let start = clock.cycles();
+        write_boxes(self.bus, header.grid, triangles, header.triangles, self.places.boxes)?;
+        let cycles = clock.cycles().wrapping_sub(start);
+        let counters = Counters::default();
+        self.report.parts[Part::Prepare as usize] = Some(PartReport { cycles, counters });
+        Ok(job)
     }
 
-    let own = if header.format == NodeFormat::Bvh2 { Some(exact) } else { quantized };
-    if can_trace(&header, &can) && header.rays > 0 {
-        let borrowed = Tree {
-            nodes: padded(software.traced.nodes),
-            leaf_table: padded(software.traced.leaf_table),
-            ..software.traced
-        };
+    /// Builds the tree of 64-byte nodes.
+    fn build(&mut self, job: &BuildJob) -> Result<Tree, ErrorWith<B::Error, R, I>> {
+        let (tree, done) = self.machine.part(
+            Part::Build,
+            |xylem| xylem.start_build(job),
+            |xylem| xylem.built_tree(job),
+        )?;
+        self.report.parts[Part::Build as usize] = Some(done);
+        self.compare_tree(&tree)?;
+        self.compare(Output::Nodes, used(tree.nodes, tree.node_count, Bvh2Node::BYTES))?;
+        Ok(tree)
+    }
+
+    /// Builds the tree of quantized nodes.
+    fn build_compressed(&mut self, job: &BuildJob) -> Result<Tree, ErrorWith<B::Error, R, I>> {
+        let treelet_depth = self.software.blob.header.treelet_depth;
+        let mut job = BuildJob { compressed: Some(self.compression(treelet_depth)), ..*job };
+        job.regions.nodes = Region::default();
+        job.regions.leaf_table = self.places.second_leaf_table;
+        let (tree, done) = self.machine.part(
+            Part::BuildCompressed,
+            |xylem| xylem.start_build(&job),
+            |xylem| xylem.built_tree(&job),
+        )?;
+        self.report.parts[Part::BuildCompressed as usize] = Some(done);
+        self.compare_tree(&tree)?;
+        self.compare_pairs(&tree)?;
+        Ok(tree)
+    }
+
+    /// Compresses the tree of 64-byte nodes.
+    fn compress(&mut self, tree: Tree) -> Result<Tree, ErrorWith<B::Error, R, I>> {
+        let job = CompressJob { tree, compression: self.compression(1) };
+        let (tree, done) = self.machine.part(
+            Part::Compress,
+            |xylem| xylem.start_compress(&job),
+            |_| Ok(job.tree()),
+        )?;
+        self.report.parts[Part::Compress as usize] = Some(done);
+        self.compare_pairs(&tree)?;
+        Ok(tree)
+    }
+
+    /// Traces the rays through a tree, or through the software's.
+    fn trace(&mut self, own: Option<Tree>) -> Result<(), ErrorWith<B::Error, R, I>> {
+        let Finished { blob, traced, .. } = self.software;
+        let borrowed =
+            Tree { nodes: padded(traced.nodes), leaf_table: padded(traced.leaf_table), ..*traced };
         let job = TraceJob {
             tree: own.unwrap_or(borrowed),
-            triangles: padded(software.blob.triangles),
-            triangle_count: header.triangles,
-            rays: padded(software.blob.rays),
-            hits: places.hits,
-            ray_count: header.rays,
-            query: header.query,
+            triangles: padded(blob.triangles),
+            triangle_count: blob.header.triangles,
+            rays: padded(blob.rays),
+            hits: self.places.hits,
+            ray_count: blob.header.rays,
+            query: blob.header.query,
         };
-        let (hits, done) = machine.part(
+        let (hits, done) = self.machine.part(
             Part::Trace,
             |xylem| xylem.start_trace(&job),
             |xylem| xylem.hit_count(),
         )?;
-        report.parts[Part::Trace as usize] = Some(done);
-        report.same_counts &= hits == software.report.hits;
-        ours[3] = Some(used(places.hits, header.rays, Hit::BYTES));
+        self.report.parts[Part::Trace as usize] = Some(done);
+        self.report.same_counts &= hits == self.software.report.hits;
+        self.compare(Output::Hits, used(job.hits, job.ray_count, Hit::BYTES))
     }
 
-    for (equal, (ours, theirs)) in report.outputs.iter_mut().zip(ours.into_iter().zip(theirs)) {
-        let Some(ours) = ours else { continue };
-        *equal = Some(same_bytes(bus, ours, theirs).map_err(AcceleratorError::Bus)?);
+    fn compression(&self, treelet_depth: u8) -> Compression {
+        let coordinates = coordinates(&self.software.blob.header);
+        Compression { target: self.places.quantized, coordinates, treelet_depth }
     }
-    Ok(report)
+
+    /// Compares root, counts and leaf table.
+    fn compare_tree(&mut self, tree: &Tree) -> Result<(), ErrorWith<B::Error, R, I>> {
+        let theirs = &self.software.exact;
+        self.report.same_counts &= tree.root == theirs.root
+            && tree.node_count == theirs.node_count
+            && tree.leaf_count == theirs.leaf_count;
+        let leaf_table = used(tree.leaf_table, tree.entry_count, LeafEntry::BYTES);
+        self.compare(Output::LeafTable, leaf_table)
+    }
+
+    fn compare_pairs(&mut self, tree: &Tree) -> Result<(), ErrorWith<B::Error, R, I>> {
+        let stride = Quantization::RELATIVE.node_bytes() as usize;
+        self.compare(Output::QuantizedNodes, used(tree.nodes, tree.node_count, stride))
+    }
+
+    /// Compares an output with the software's; one that is made twice is equal if it is both times.
+    fn compare(&mut self, output: Output, ours: Region) -> Result<(), ErrorWith<B::Error, R, I>> {
+        let theirs = self.software.layout.outputs(&self.software.exact)[output as usize];
+        let same = same_bytes(self.bus, ours, theirs).map_err(AcceleratorError::Bus)?;
+        let equal = &mut self.report.outputs[output as usize];
+        *equal = Some(equal.unwrap_or(true) && same);
+        Ok(())
+    }
 }
 
 /// The error of a run with these, where `E` is the memory bus' own.
@@ -244,6 +316,8 @@ impl<R: RegisterAccess, D: DelayNs, I: InputPin, C: Clock> Machine<'_, R, D, I, 
 struct Own {
     boxes: Region,
     build: BuildRegions,
+    /// That of the tree that is compressed while it is built.
+    second_leaf_table: Region,
     quantized: Region,
     hits: Region,
 }
@@ -268,6 +342,7 @@ impl Own {
                 nodes: place(count, Bvh2Node::BYTES as u32),
                 leaf_table: place(count, LeafEntry::BYTES as u32),
             },
+            second_leaf_table: place(count, LeafEntry::BYTES as u32),
             quantized: place(count, Quantization::RELATIVE.node_bytes()),
             hits: place(header.rays, Hit::BYTES as u32),
         };

@@ -69,7 +69,7 @@ pub(crate) fn run<B: Bus, C: Clock>(
             cost = exact.root.map_or(SahCost::ZERO, |root| meter.cost(&root));
             upkeep.after_rebuild(cost);
         }
-        tree = if compressed { plan.compress(bus, &exact, stages)? } else { exact };
+        tree = if compressed { plan.compress(bus, &exact, buffers, stages)? } else { exact };
         let hits = plan.trace(bus, &tree, triangles, stages)?;
         let cycles = stages.take();
         let hits_crc = digest::of_region(bus, plan.layout.hits).map_err(JobError::Bus)?;

@@ -8,7 +8,8 @@
 //! | 0      | magic, the bytes `XYLB`                                                       |
 //! | 4      | version, [`Header::VERSION`]                                                  |
 //! | 8      | flags: bit 0 says that the core has the standard trap registers (`mtvec`…),   |
-//! |        | bit 1 that there is an accelerator, which is to do the job too                |
+//! |        | bit 1 that there is an accelerator, which is to do the job too; bits 8 to 11 |
+//! |        | are the depth of treelets, see [`Header::treelet_depth`]                      |
 //! | 12     | grid width in bits, 4 to 24                                                   |
 //! | 16     | Morton code width in bits, 30 or 63                                           |
 //! | 20     | traced format: 0 64-byte nodes, 1 quantized relative, 2 quantized modulo      |
@@ -35,7 +36,7 @@
 //! parser checks that every word has a meaning; whether the builder can work with its parameters is
 //! for the core to say.
 //!
-//! Version 4 aligns the records and knows the accelerator; version 3 brought animations.
+//! Version 5 knows treelets; version 4 aligned the records and brought the accelerator, version 3 animations.
 
 use core::fmt;
 
@@ -66,6 +67,9 @@ pub struct Header {
     /// The format that rays are traced through. Quantized nodes are always written: in modulo
     /// coordinates if this is that format, else in relative ones.
     pub format: NodeFormat,
+    /// Quantized nodes are compressed as by a builder that compresses what it emits, with treelets of this
+    /// depth, 1 or 2; or with 0 from the root down. Deeper treelets than 1 need a tree without a top level.
+    pub treelet_depth: u8,
     /// What rays are asked.
     pub query: Query,
     /// The shape of the sorter.
@@ -126,6 +130,8 @@ pub enum Setting {
     MortonBits,
     /// The traced format.
     Format,
+    /// The depth of treelets.
+    TreeletDepth,
     /// The query.
     Query,
     /// The record of a sorted run.
@@ -147,6 +153,7 @@ impl Setting {
             Self::GridBits => ("the grid's bits", "4 to 24"),
             Self::MortonBits => ("the Morton code's bits", "30 or 63"),
             Self::Format => ("the traced format", "0 to 2"),
+            Self::TreeletDepth => ("the depth of treelets", "0 to 2"),
             Self::Query => ("the query", "0 or 1"),
             Self::Record => ("the sorter's record", "0 to 2"),
             Self::MaxLeafSize => ("the largest leaf", "1 to 255"),
@@ -239,6 +246,9 @@ pub struct Blob {
 }
 
 impl Header {
+    /// The deepest treelets that the job has room for.
+    pub const MAX_TREELET_DEPTH: u8 = 2;
+
     /// Bytes of the header.
     pub const BYTES: usize = 80;
 
@@ -249,7 +259,7 @@ impl Header {
     pub const MAGIC: u32 = u32::from_le_bytes(*b"XYLB");
 
     /// The version of the format that this module describes.
-    pub const VERSION: u32 = 4;
+    pub const VERSION: u32 = 5;
 
     /// The header's bytes.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
@@ -257,7 +267,9 @@ impl Header {
         let words = [
             Self::MAGIC,
             Self::VERSION,
-            u32::from(self.machine_traps) | u32::from(self.accelerator) << 1,
+            u32::from(self.machine_traps)
+                | u32::from(self.accelerator) << 1
+                | u32::from(self.treelet_depth) << 8,
             u32::from(self.grid.bits()),
             self.morton.bits(),
             code_of(&FORMATS, self.format),
@@ -298,7 +310,7 @@ impl Header {
             return Err(BlobError::Version { found: word(1) });
         }
         let unused = if word(17) == 0 { word(18) | word(19) } else { 0 };
-        let unknown = (word(2) & !3) | unused;
+        let unknown = (word(2) & !0xf03) | unused;
         if unknown != 0 {
             return Err(BlobError::Reserved { found: unknown });
         }
@@ -320,6 +332,11 @@ impl Header {
         if accelerator && animation.is_some() {
             return Err(BlobError::Setting { setting: Setting::Accelerator, found: 1 });
         }
+        let treelet_depth = (word(2) >> 8 & 0xf) as u8;
+        if treelet_depth > Self::MAX_TREELET_DEPTH {
+            let (setting, found) = (Setting::TreeletDepth, treelet_depth.into());
+            return Err(BlobError::Setting { setting, found });
+        }
         if word(10) == 0 || word(10) > MAX_LEAF_SIZE {
             return Err(bad(Setting::MaxLeafSize, 10));
         }
@@ -329,6 +346,7 @@ impl Header {
             grid: grid.ok_or(bad(Setting::GridBits, 3))?,
             morton,
             format: of_code(&FORMATS, word(5)).ok_or(bad(Setting::Format, 5))?,
+            treelet_depth,
             query: of_code(&QUERIES, word(6)).ok_or(bad(Setting::Query, 6))?,
             sort: SortConfig {
                 capacity: word(7),
@@ -449,6 +467,7 @@ mod tests {
         grid: Grid::DEFAULT,
         morton: MortonWidth::Bits63,
         format: NodeFormat::Quantized(Quantization::MODULO),
+        treelet_depth: 0,
         query: Query::Any,
         sort: SortConfig {
             capacity: 64,
@@ -516,6 +535,9 @@ mod tests {
         assert_eq!(with(2, 0), Ok(Header { machine_traps: false, ..HEADER }));
         assert_eq!(with(2, 3), Ok(Header { accelerator: true, ..HEADER }));
         assert_eq!(with(2, 4), Err(BlobError::Reserved { found: 4 }));
+        assert_eq!(with(2, 0x201), Ok(Header { treelet_depth: 2, ..HEADER }));
+        let setting = Setting::TreeletDepth;
+        assert_eq!(with(2, 0x301), Err(BlobError::Setting { setting, found: 3 }));
         for reserved in [18, 19] {
             assert_eq!(with(reserved, 1), Err(BlobError::Reserved { found: 1 }));
         }

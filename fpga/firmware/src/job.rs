@@ -2,12 +2,12 @@
 
 use core::fmt;
 
-use xylem_core::compress::compress_top_down;
+use xylem_core::compress::{Compression, Compressor, HeldNode, Place, compress_top_down};
 use xylem_core::emit::Cell;
 use xylem_core::error::BuildError;
 use xylem_core::geom::{Ray, RayError};
 use xylem_core::mem::{Bus, Region};
-use xylem_core::node::{NodeFormat, Quantization, Tree};
+use xylem_core::node::{Bvh2Node, Bvh2View, NodeFormat, NodeIndex, Quantization, Tree};
 use xylem_core::pipeline::{self, BuildConfig, BuildRegions, TreeStorage};
 use xylem_core::probe::{Probe, Stage};
 use xylem_core::sort::{InputFormat, SortBuffers, Workspace};
@@ -27,13 +27,19 @@ pub use crate::stages::{Clock, NoClock};
 pub const MAX_CELLS: usize = 2048;
 
 /// The builder's on-chip storage, 300 KB: for the sorter 2048 records and merges of 256 runs, for
-/// the top of the tree [`MAX_CELLS`] and as many nodes.
+/// the top of the tree [`MAX_CELLS`] and as many nodes, for the compressor treelets of
+/// [`Header::MAX_TREELET_DEPTH`].
 #[derive(Debug)]
 pub struct Buffers {
     sort: SortBuffers<2048, 256>,
     cells: [Cell; MAX_CELLS],
     top_nodes: [TopNode; MAX_CELLS],
+    held: [HeldNode; HELD],
 }
+
+/// What the streaming compressor holds of the deepest treelets.
+const HELD: usize =
+    Compression { treelet_depth: Header::MAX_TREELET_DEPTH, ..Compression::DEFAULT }.held_nodes();
 
 impl Buffers {
     /// Empty buffers.
@@ -42,12 +48,13 @@ impl Buffers {
             sort: SortBuffers::new(),
             cells: [Cell::EMPTY; MAX_CELLS],
             top_nodes: [TopNode::EMPTY; MAX_CELLS],
+            held: [HeldNode::EMPTY; HELD],
         }
     }
 
     /// The buffers as the builder wants them.
     fn parts(&mut self) -> (Workspace<'_>, TreeStorage<'_>) {
-        let Self { sort, cells, top_nodes } = self;
+        let Self { sort, cells, top_nodes, .. } = self;
         let top = TopStorage { cells, nodes: top_nodes };
         (sort.workspace(), TreeStorage { top, held: &mut [], open: &mut [] })
     }
@@ -147,7 +154,7 @@ pub fn run<B: Bus, C: Clock>(
         return animation::run(bus, &plan, &animation, buffers, &mut stages, observer);
     }
     let exact = plan.build(bus, plan.blob.triangles, buffers, &mut stages)?;
-    let quantized = plan.compress(bus, &exact, &mut stages)?;
+    let quantized = plan.compress(bus, &exact, buffers, &mut stages)?;
     let tree = if plan.blob.header.format == NodeFormat::Bvh2 { exact } else { quantized };
     let hits = plan.trace(bus, &tree, plan.blob.triangles, &mut stages)?;
     let cycles = stages.take();
@@ -202,6 +209,7 @@ impl Plan {
         &self,
         bus: &mut B,
         exact: &Tree,
+        buffers: &mut Buffers,
         stages: &mut StageCycles<'_, C>,
     ) -> Result<Tree, JobError<B::Error>> {
         stages.stage(Stage::Compress);
@@ -212,8 +220,16 @@ impl Plan {
                 Quantization::RELATIVE
             }
         };
-        compress_top_down(bus, exact, self.layout.quantized_nodes, &quantization, stages)
-            .map_err(JobError::Build)
+        let target = self.layout.quantized_nodes;
+        match self.blob.header.treelet_depth {
+            0 => compress_top_down(bus, exact, target, &quantization, stages),
+            treelet_depth => {
+                let compression =
+                    Compression { quantization, treelet_depth, ..Compression::DEFAULT };
+                compress_as_emitted(bus, exact, target, compression, &mut buffers.held)
+            }
+        }
+        .map_err(JobError::Build)
     }
 
     /// Traces all rays of the blob and writes their hit records; returns how many hit.
@@ -277,6 +293,31 @@ impl Plan {
             ..Report::default()
         }
     }
+}
+
+/// Writes the quantized nodes that a build would write which compresses what it emits: nodes are in memory
+/// in the order in which they were emitted.
+fn compress_as_emitted<B: Bus>(
+    bus: &mut B,
+    exact: &Tree,
+    target: Region,
+    compression: Compression,
+    held: &mut [HeldNode],
+) -> Result<Tree, BuildError<B::Error>> {
+    compression.check()?;
+    let mut compressor = Compressor::new(compression, target, held);
+    for index in 0..exact.node_count {
+        let corrupt = BuildError::CorruptNode { index };
+        let addr = exact.nodes.record(index, Bvh2Node::BYTES as u32).ok_or(corrupt)?;
+        let mut bytes = [0; Bvh2Node::BYTES];
+        let stage = Stage::Compress;
+        bus.read(addr, &mut bytes).map_err(|error| BuildError::Bus { stage, addr, error })?;
+        let node = Bvh2View::new(&bytes).to_repr().ok_or(corrupt)?;
+        compressor.accept(bus, &node, NodeIndex(index), Place::Next, &mut ())?;
+    }
+    compressor.finish(bus, exact.root.as_ref(), &mut ())?;
+    let format = NodeFormat::Quantized(compression.quantization);
+    Ok(Tree { format, nodes: target, ..*exact })
 }
 
 /// The builder's configuration that a blob asks for.

@@ -114,6 +114,7 @@ mod tests {
             grid: Grid::DEFAULT,
             morton: MortonWidth::Bits30,
             format: NodeFormat::Bvh2,
+            treelet_depth: 0,
             query: Query::Closest,
             sort: SortConfig::PAPER,
             max_leaf_size: 255,

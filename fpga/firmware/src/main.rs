@@ -85,6 +85,12 @@ mod program {
                         done.counters.cycles
                     );
                 }
+                for part in report.missing(finished.blob.header.treelet_depth) {
+                    defmt::info!(
+                        "the accelerator has no unit for this, it stays software: {}",
+                        part
+                    );
+                }
                 defmt::println!("accelerated {=[u8]:02x}", report.to_bytes());
             }
             Err(error) => {

@@ -4,13 +4,15 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::ValueEnum;
+use xylem_core::compress::Compression;
 use xylem_core::emit::{CellConfig, EmitterKind};
 use xylem_core::geom::Ray;
-use xylem_core::node::NodeFormat;
+use xylem_core::node::{NodeFormat, Quantization};
 use xylem_core::num::Grid;
 use xylem_core::pipeline::BuildConfig;
 use xylem_core::refit::{Factor, RebuildRule};
 use xylem_core::toplevel::TopLevel;
+use xylem_firmware::blob::Header;
 use xylem_firmware::job::MAX_CELLS;
 
 use super::options::{self, QueryArg, TreeArgs};
@@ -36,9 +38,10 @@ use crate::soc::{
 /// command also compares the hits of every frame with those of a tree built for it.
 ///
 /// With --accelerator the accelerator does the job after the software, driven by the same program
-/// through its registers: the core makes the input that the hardware takes, starts the build, waits for
-/// its interrupt and compares every byte. The command prints cycles in software, cycles with the
-/// accelerator and the speed-up, part by part.
+/// through its registers: the core makes the input that the hardware takes, starts a build, one that
+/// compresses, and a trace of the rays, waits for the interrupt of each and compares every byte. The command
+/// prints cycles in software, cycles with the accelerator and the speed-up, part by part. What the
+/// accelerator has no unit for stays software.
 ///
 /// Cycles depend on the engine: sim models the core's cycles, qemu counts instructions, picorv32 is
 /// the core's RTL under Verilator.
@@ -122,7 +125,7 @@ enum EngineArg {
 enum AcceleratorArg {
     /// There is none
     None,
-    /// The cycle model of the builder
+    /// The cycle models of its units
     Model,
     /// The RTL of xy_top
     Rtl,
@@ -146,16 +149,10 @@ impl From<EngineArg> for Engine {
 /// The cells of the top level, as far as the firmware has storage for them.
 ///
 /// # Errors
-/// [`CliError::Usage`] for more than that, and for an emitter or a compressor that the firmware does not
-/// run.
+/// [`CliError::Usage`] for more than that, and for an emitter that the firmware does not run.
 fn cells(args: &TreeArgs, config: &BuildConfig) -> Result<CellConfig, CliError> {
     if config.emitter != EmitterKind::Lbvh {
         let message = "the firmware builds with --emitter lbvh only; leave --emitter out";
-        return Err(CliError::Usage(message.into()));
-    }
-    if config.format() != NodeFormat::Bvh2 {
-        let message = "the firmware compresses finished trees to cbvh nodes from the root down; use \
-                       --compress topdown, and --format cbvh or bvh2";
         return Err(CliError::Usage(message.into()));
     }
     let most = MAX_CELLS as u32;
@@ -165,6 +162,30 @@ fn cells(args: &TreeArgs, config: &BuildConfig) -> Result<CellConfig, CliError> 
         return Err(CliError::Usage(message));
     }
     Ok(CellConfig { capacity, ..config.cells })
+}
+
+/// How the firmware compresses: the depth of treelets, or 0 from the root down. As the accelerator does, if
+/// there is one and nothing else is asked for.
+///
+/// # Errors
+/// [`CliError::Usage`] for what the firmware does not do.
+fn treelet_depth(config: &BuildConfig, beside: Option<&Beside>) -> Result<u8, CliError> {
+    let Some(compression) = config.compression else {
+        let plain = config.format() == NodeFormat::Bvh2;
+        let message = "the firmware makes bvh2 and cbvh nodes only; use --format cbvh or bvh2";
+        let depth = beside.map_or(0, |beside| beside.config.treelet_depth);
+        return if plain { Ok(depth) } else { Err(CliError::Usage(message.into())) };
+    };
+    let depth = compression.treelet_depth;
+    let like = Compression { treelet_depth: depth, ..Compression::DEFAULT };
+    let Quantization { coordinates, .. } = compression.quantization;
+    let quantization = Quantization { coordinates, ..Quantization::RELATIVE };
+    let ours = compression == Compression { quantization, ..like }
+        && depth <= Header::MAX_TREELET_DEPTH
+        && (depth == 1 || config.top_level == TopLevel::None);
+    let message = "the firmware compresses to cbvh nodes of 6 bits: --compress topdown, or bottomup with \
+                   --treelet-depth 1 or, without --top-level, 2";
+    if ours { Ok(depth) } else { Err(CliError::Usage(message.into())) }
 }
 
 /// A number from 0 to 65535 with 16 binary places.
@@ -279,6 +300,7 @@ pub(super) fn run(args: &Args, console: Console) -> Result<(), CliError> {
         grid: tree.config.grid,
         morton: tree.config.morton,
         format: tree.format,
+        treelet_depth: treelet_depth(&tree.config, accelerator.as_ref())?,
         query: args.query.into(),
         max_leaf_size: tree.config.max_leaf_size,
         top_level: tree.config.top_level,

@@ -6,7 +6,9 @@ use serde::Serialize;
 use xylem_core::probe::Stage;
 
 use super::{Table, units};
-use crate::soc::{Accelerated, Beside, Engine, OUTPUTS, Outcome, Output, PARTS, Part, STAGES};
+use crate::soc::{
+    Accelerated, Beside, Engine, OUTPUTS, Outcome, Output, PARTS, Part, STAGES, SceneBlob,
+};
 
 /// The comparison of software and accelerator on the same core, as `xylem soc --json` prints it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -21,6 +23,9 @@ pub struct SocAccelerated {
     pub equal: bool,
     /// What it did, in order.
     pub parts: Vec<SocPart>,
+    /// What it has no unit for, and what therefore stays software.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub in_software: Vec<&'static str>,
     /// How much faster a build is with the core's part of it, which makes the input.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub build_speedup_with_prepare: Option<f64>,
@@ -52,7 +57,7 @@ pub struct SocPart {
 
 impl SocAccelerated {
     /// The comparison of a run, if an accelerator took part.
-    pub fn new(outcome: &Outcome, beside: Option<&Beside>) -> Option<Self> {
+    pub fn new(outcome: &Outcome, blob: &SceneBlob, beside: Option<&Beside>) -> Option<Self> {
         let (report, beside) = (outcome.accelerated.as_ref()?, beside?);
         let parts: Vec<SocPart> =
             PARTS.iter().filter_map(|&part| SocPart::new(part, report, outcome)).collect();
@@ -67,6 +72,7 @@ impl SocAccelerated {
             engine: if outcome.engine == Engine::PicoRv32 { "RTL" } else { "cycle model" },
             latency_cycles: beside.latency,
             equal: report.is_equal(),
+            in_software: report.missing(blob.treelet_depth).map(Part::as_str).collect(),
             build_speedup_with_prepare: units::ratio(build, with_prepare),
             parts,
         })
@@ -79,6 +85,7 @@ fn software(part: Part, outcome: &Outcome) -> Option<u64> {
         Part::Prepare => return None,
         Part::Build => &[Stage::PartialSort, Stage::Merge, Stage::Emit],
         Part::Compress => &[Stage::Compress],
+        Part::BuildCompressed => &[Stage::PartialSort, Stage::Merge, Stage::Emit, Stage::Compress],
         Part::Trace => &[Stage::Trace],
     };
     let cycles = STAGES.iter().zip(outcome.report.cycles);
@@ -92,6 +99,7 @@ impl SocPart {
             Part::Prepare => &[],
             Part::Build => &[Output::LeafTable, Output::Nodes],
             Part::Compress => &[Output::QuantizedNodes],
+            Part::BuildCompressed => &[Output::LeafTable, Output::QuantizedNodes],
             Part::Trace => &[Output::Hits],
         };
         let made = OUTPUTS.iter().zip(report.outputs).filter(|(o, _)| outputs.contains(o));
@@ -136,6 +144,13 @@ impl fmt::Display for SocAccelerated {
             ]);
         }
         write!(f, "{table}")?;
+        if !self.in_software.is_empty() {
+            writeln!(
+                f,
+                "  no unit for, and therefore in software: {}",
+                self.in_software.join(", ")
+            )?;
+        }
         let prepares = self.parts.iter().any(|part| part.software_cycles.is_none());
         if let Some(times) = self.build_speedup_with_prepare.filter(|_| prepares) {
             writeln!(f, "  with the boxes that the core prepares, a build is {times:.1}x as fast")?;

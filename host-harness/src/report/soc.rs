@@ -25,6 +25,9 @@ pub struct SocReport {
     /// The coordinates of quantized nodes, as `--coords` names them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coords: Option<&'static str>,
+    /// Depth of the treelets, where quantized nodes were compressed bottom-up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub treelet_depth: Option<u8>,
     /// Primitives.
     pub primitives: u32,
     /// Leaves.
@@ -195,6 +198,7 @@ impl SocReport {
             cycles_are: outcome.engine.cycles_are(),
             format,
             coords,
+            treelet_depth: Some(blob.treelet_depth).filter(|depth| *depth > 0),
             primitives: report.primitives,
             leaves: report.leaves,
             nodes: report.nodes,
@@ -225,7 +229,7 @@ impl SocReport {
             digest: hex(report.digest()),
             host_digest: hex(host.digest()),
             frames: outcome.frames.iter().zip(fresh).map(|(f, &c)| SocFrame::new(f, c)).collect(),
-            accelerator: SocAccelerated::new(outcome, beside),
+            accelerator: SocAccelerated::new(outcome, blob, beside),
             host_ms: units::milliseconds(outcome.time),
             log: outcome.log.iter().map(ToString::to_string).collect(),
         }
@@ -277,7 +281,10 @@ impl fmt::Display for SocReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let n = |n: u64| units::count(n);
         let coords = self.coords.map_or(String::new(), |c| format!(", {c} coordinates"));
-        writeln!(f, "{} on {}: {}{coords}", self.scene, self.engine, self.format)?;
+        let treelets = self.treelet_depth.map_or(String::new(), |depth| {
+            format!(", compressed bottom-up with treelets of depth {depth}")
+        });
+        writeln!(f, "{} on {}: {}{coords}{treelets}", self.scene, self.engine, self.format)?;
         writeln!(
             f,
             "  {} primitives in {} leaves, {} nodes; {} of {} rays hit",

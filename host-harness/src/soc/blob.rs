@@ -23,6 +23,8 @@ pub struct SceneBlob {
     pub morton: MortonWidth,
     /// The format that rays are traced through.
     pub format: NodeFormat,
+    /// How quantized nodes are compressed, see [`Header::treelet_depth`].
+    pub treelet_depth: u8,
     /// What rays are asked.
     pub query: Query,
     /// The shape of the sorter.
@@ -55,13 +57,14 @@ pub struct Motion {
 }
 
 impl Default for SceneBlob {
-    /// No triangles and no rays; quantized nodes in relative coordinates, closest hits, no top level,
+    /// No triangles and no rays; quantized nodes in relative coordinates from the root down, closest hits, no top level,
     /// and a sorter and cells that fit the firmware's storage: `M` = 2048, `B` = 16.
     fn default() -> Self {
         Self {
             grid: Grid::DEFAULT,
             morton: MortonWidth::Bits30,
             format: NodeFormat::Quantized(Quantization::RELATIVE),
+            treelet_depth: 0,
             query: Query::Closest,
             sort: SortConfig { capacity: 2048, burst: 16, ..SortConfig::PAPER },
             max_leaf_size: MAX_LEAF_SIZE,
@@ -96,6 +99,7 @@ impl SceneBlob {
             grid: self.grid,
             morton: self.morton,
             format: self.format,
+            treelet_depth: self.treelet_depth,
             query: self.query,
             sort: self.sort,
             max_leaf_size: self.max_leaf_size,

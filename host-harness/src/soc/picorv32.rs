@@ -129,6 +129,7 @@ impl Top {
         let text = std::fs::read_to_string(&list);
         let text = text.map_err(SocError::io(format!("reading {}", list.display())))?;
         let modules = text.lines().map(str::trim).filter(|line| line.ends_with(".sv"));
+        let cache = config.traverser.as_ref();
         let parameters = [
             ("Capacity", config.capacity),
             ("Burst", config.burst),
@@ -136,6 +137,10 @@ impl Top {
             ("Fifo", config.fifo),
             ("ReadAhead", config.read_ahead),
             ("CodeWidth", config.code_bits),
+            ("Depth", config.treelet_depth.into()),
+            ("Tracer", cache.is_some().into()),
+            ("CacheWidth", cache.map_or(1, |unit| unit.cache_width)),
+            ("CacheBlock", cache.is_some_and(|unit| unit.cache_block).into()),
         ];
         Ok(Self {
             name: config.name,

@@ -59,8 +59,11 @@ fn an_accelerator_is_compared_with_the_software_part_by_part() {
         (Some(true), 10)
     );
     let parts = accelerator["parts"].as_array().expect("parts");
-    assert_eq!(parts.len(), 2);
-    assert!(parts[0].get("software_cycles").is_none() && parts[1]["equal"] == true);
+    let names: Vec<_> = parts.iter().map(|part| part["part"].as_str().expect("a name")).collect();
+    assert_eq!(names, ["prepare", "build", "build compressed", "trace"]);
+    assert!(parts[0].get("software_cycles").is_none());
+    assert!(parts[1..].iter().all(|part| part["equal"] == true), "{parts:?}");
+    assert!(accelerator.get("in_software").is_none() && whole(&json, "treelet_depth") == 2);
     let build = &parts[1];
     let speedup = build["speedup"].as_f64().expect("a speed-up");
     let ratio = whole(build, "software_cycles") as f64 / whole(build, "cycles") as f64;
@@ -68,6 +71,10 @@ fn an_accelerator_is_compared_with_the_software_part_by_part() {
     assert!(whole(build, "busy_cycles") < whole(build, "cycles"));
     let text = place.run(&scene);
     assert!(text.out().contains("`paper` (cycle model)"), "{}", text.out());
+    let other = ["--format", "cbvh", "--treelet-depth", "1", "--json"];
+    let json = place.run(&[scene.as_slice(), &other].concat()).json();
+    assert_eq!((whole(&json, "treelet_depth"), json["digest"] == json["host_digest"]), (1, true));
+    assert_eq!(json["accelerator"]["in_software"][0], "build compressed");
     assert!(text.out().lines().all(|line| line.chars().count() <= 100), "{}", text.out());
     assert!(place.run(&["soc", "cornell", "--json"]).json().get("accelerator").is_none());
 }

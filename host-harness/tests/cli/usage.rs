@@ -30,7 +30,7 @@ fn wrong_usage_exits_with_2_and_says_what_is_right() {
         (&["soc", "a.obj", "--engine", "qemu", "--memory", "slow"], "--engine sim only"),
         (&["soc", "a.obj", "--cells", "2049"], "more than the firmware's 2048"),
         (&["soc", "a.obj", "--emitter", "ploc"], "with --emitter lbvh only"),
-        (&["soc", "a.obj", "--compress", "bottomup"], "--compress topdown"),
+        (&["soc", "a.obj", "--treelet-depth", "3"], "--compress topdown"),
         (&["soc", "a.obj", "--format", "cbvh8"], "--format cbvh or bvh2"),
         (&["soc", "a.obj", "--accelerator", "rtl"], "--engine picorv32"),
         (&["soc", "a.obj", "--accelerator", "model", "--engine", "qemu"], "--engine sim"),

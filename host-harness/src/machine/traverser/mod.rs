@@ -15,10 +15,10 @@ use xylem_core::traverse::{Hit, Query, Scene};
 
 use self::lines::LineCache;
 use self::records::{LineWrite, RecordWriter};
-use self::script::{Script, Step};
+use self::script::{Records, Script, Step};
 use crate::bus::FlatMemory;
 
-pub use run::{TraverserRun, run};
+pub use run::{Stop, TraverserRun, run, run_within};
 
 /// Sizes of the unit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -178,6 +178,14 @@ impl<'m> Traverser<'m> {
         (self.lines.asked(), self.records.offered())
     }
 
+    /// What the line that is asked for in this cycle is of.
+    pub fn reads(&self) -> Option<Records> {
+        match self.script.first() {
+            Some(Step::Word { of, .. }) => Some(of),
+            _ => None,
+        }
+    }
+
     /// Runs a cycle.
     pub fn tick(&mut self, inputs: &TraverserInputs) -> TraverserOutputs {
         let mut out = TraverserOutputs {
@@ -197,9 +205,9 @@ impl<'m> Traverser<'m> {
         let Some(step) = self.script.first() else { return out };
         let (mut record, mut flush, mut ended) = (None, false, false);
         match step {
-            Step::Word { addr, node } => {
+            Step::Word { addr, of } => {
                 ended = self.lines.tick(addr, inputs.read_ready, inputs.response);
-                out.node_fetch = node && ended;
+                out.node_fetch = of == Records::Nodes && ended;
             }
             Step::Wait { cycles, tests } => {
                 self.spent += 1;

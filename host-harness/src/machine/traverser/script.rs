@@ -30,8 +30,8 @@ pub enum Step {
     Word {
         /// The address.
         addr: u32,
-        /// Whether it is a node's first.
-        node: bool,
+        /// What it is of; of a node, the first.
+        of: Records,
     },
     /// Takes some cycles; box tests end in those of them that `tests` names, counted from 1.
     Wait {
@@ -52,6 +52,19 @@ pub enum Step {
         /// Why, if not because all is done.
         error: Option<TraverserError>,
     },
+}
+
+/// What memory is read for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Records {
+    /// Rays.
+    Rays,
+    /// Nodes.
+    Nodes,
+    /// Leaf table entries.
+    Entries,
+    /// Triangles.
+    Triangles,
 }
 
 /// Steps that are still to be done.
@@ -78,9 +91,9 @@ impl Script {
         self.push(Step::Wait { cycles, tests: [0; 2] });
     }
 
-    fn words(&mut self, addr: u32, count: u32) {
+    fn words(&mut self, of: Records, addr: u32, count: u32) {
         for word in 0..count {
-            self.push(Step::Word { addr: addr + 8 * word, node: false });
+            self.push(Step::Word { addr: addr.wrapping_add(8 * word), of });
         }
     }
 
@@ -92,7 +105,7 @@ impl Script {
         job: &TraverserJob,
         (index, addr): (u32, u32),
     ) {
-        self.words(addr, 5);
+        self.words(Records::Rays, addr, 5);
         self.wait(1);
         let result = self.search(config, memory, job, (index, addr));
         self.push(match result {
@@ -155,7 +168,7 @@ impl Script {
                         return Err(TraverserError::CorruptNode((addr - nodes) / stride));
                     }
                     level += 1;
-                    self.push(Step::Word { addr, node: true });
+                    self.push(Step::Word { addr, of: Records::Nodes });
                     self.push(if stride == 64 {
                         Step::Wait { cycles: 12, tests: [9, 12] }
                     } else {
@@ -163,11 +176,11 @@ impl Script {
                     });
                 }
                 Event::Entry(addr) => {
-                    self.words(addr & !7, 1);
+                    self.words(Records::Entries, addr & !7, 1);
                     self.wait(1);
                 }
                 Event::Triangle(addr, triangle) => {
-                    self.words(addr, 5);
+                    self.words(Records::Triangles, addr, 5);
                     self.wait(1);
                     let hit = events.get(i + 2) == Some(&Event::Best);
                     if events.get(i + 1) == Some(&Event::Tested) {
@@ -278,7 +291,8 @@ enum Event {
 #[derive(Debug, Default)]
 struct Log(Vec<Event>);
 
-/// Memory that takes down what is read.
+/// Memory that takes down what is read, there or not: whoever asks for a line that is not there hears of it
+/// from the port.
 struct Recorder<'a> {
     memory: &'a FlatMemory,
     log: &'a RefCell<Log>,
@@ -288,7 +302,7 @@ impl Bus for Recorder<'_> {
     type Error = MemoryError;
 
     fn read(&mut self, addr: ByteAddr, buf: &mut [u8]) -> Result<(), MemoryError> {
-        self.memory.snapshot().read(addr, buf)?;
+        let result = self.memory.snapshot().read(addr, buf);
         let event = match buf.len() {
             LeafEntry::BYTES => Event::Entry(addr.0),
             Triangle::BYTES => {
@@ -299,7 +313,7 @@ impl Bus for Recorder<'_> {
             _ => Event::Node(addr.0),
         };
         self.log.borrow_mut().0.push(event);
-        Ok(())
+        result
     }
 
     fn write(&mut self, addr: ByteAddr, _: &[u8]) -> Result<(), MemoryError> {
