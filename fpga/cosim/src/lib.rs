@@ -9,6 +9,7 @@
 //! - [`mod@bench`] clocks a unit and holds its outputs against a model's; [`types`] are its pins' bytes.
 //! - One module a unit says what it is fed and compares every output of every cycle: [`heap`],
 //!   [`mergesort`], [`emitter`], [`emit`], [`compress`], [`context`], [`traverser`].
+//! - [`table`] collects the cycles of both sides.
 //! - [`top`] is the whole accelerator, for `xylem-driver`.
 //!
 //! The RTL is data to this crate, not part of its build: `cargo build` needs no Verilator.
@@ -25,6 +26,7 @@ pub mod heap;
 pub mod mergesort;
 pub mod random;
 pub mod rtl;
+pub mod table;
 pub mod top;
 pub mod traverser;
 pub mod types;

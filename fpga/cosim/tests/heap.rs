@@ -5,8 +5,8 @@ use std::fs;
 use xylem::machine::heap::{HeapConfig, HeapEntry, HeapModel, HeapOp};
 use xylem_cosim::heap::lockstep::{self, Stop, Summary};
 use xylem_cosim::heap::{self, HeapRtl};
-use xylem_cosim::tools_for;
 use xylem_cosim::verilate::{self, Mutation};
+use xylem_cosim::{table, tools_for};
 
 fn library(config: HeapConfig) -> std::path::PathBuf {
     heap::build(config, None).unwrap_or_else(|error| panic!("{error}"))
@@ -35,9 +35,7 @@ fn rtl_and_model_agree_in_every_output_of_every_cycle() {
             table.push(summary.row("heap lockstep", config, seed));
         }
     }
-    let table = table.join("\n") + "\n";
-    print!("{table}");
-    fs::write(verilate::target_folder().join("cosim.md"), table).unwrap();
+    table::write("heap", &table).unwrap();
 }
 
 #[test]

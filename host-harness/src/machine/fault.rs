@@ -100,6 +100,10 @@ impl<P: Port> Port for FaultyPort<P> {
         self.port.tick();
     }
 
+    fn is_quiet(&self) -> bool {
+        self.port.is_quiet()
+    }
+
     fn peak_bytes_per_cycle(&self) -> Option<f64> {
         self.port.peak_bytes_per_cycle()
     }

@@ -5,10 +5,12 @@
 //! in every output of every cycle.
 //!
 //! [`mergetree::build`] is the whole builder: [`reader`], [`sorter`], [`multimerge`] around [`heap`],
-//! [`emit`] or [`compress`], and [`writer`], behind a [`port`] to the memory model of [`crate::dram`]. Emitters and
+//! [`emit`] or [`compress`], and [`writer`], behind a [`port`] to the memory model of [`crate::dram`]; [`job`]
+//! puts the accelerator's control and its [`axi`] port around it. Emitters and
 //! top-level builders without a unit of their own run from [`tape`]. [`traverser`] traces rays.
 
 pub mod activity;
+pub mod axi;
 pub mod compress;
 pub mod compressor;
 pub mod config;
@@ -16,6 +18,7 @@ pub mod emit;
 pub mod emitter;
 pub mod fault;
 pub mod heap;
+pub mod job;
 pub mod mergetree;
 pub mod multimerge;
 pub mod player;

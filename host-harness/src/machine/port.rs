@@ -48,11 +48,42 @@ pub trait Port {
     fn take(&mut self) -> Option<Response>;
     /// Runs one cycle of the machine's clock.
     fn tick(&mut self);
+    /// Whether every line written so far can be read back. Memory that is there when it takes a line always
+    /// says so.
+    fn is_quiet(&self) -> bool {
+        true
+    }
     /// The most bytes that the memory moves in a machine cycle, or `None` without a bound.
     fn peak_bytes_per_cycle(&self) -> Option<f64>;
     /// The device behind the port, where there is one to ask for its statistics.
     fn dram(&self) -> Option<(&dram::Memory, u64)> {
         None
+    }
+}
+
+impl<P: Port + ?Sized> Port for Box<P> {
+    fn offer(&mut self, access: Access) -> bool {
+        (**self).offer(access)
+    }
+
+    fn take(&mut self) -> Option<Response> {
+        (**self).take()
+    }
+
+    fn tick(&mut self) {
+        (**self).tick();
+    }
+
+    fn is_quiet(&self) -> bool {
+        (**self).is_quiet()
+    }
+
+    fn peak_bytes_per_cycle(&self) -> Option<f64> {
+        (**self).peak_bytes_per_cycle()
+    }
+
+    fn dram(&self) -> Option<(&dram::Memory, u64)> {
+        (**self).dram()
     }
 }
 

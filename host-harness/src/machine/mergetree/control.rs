@@ -286,11 +286,11 @@ impl<'a, P: Port> Machine<'a, P> {
     fn finish_writing(&mut self) -> Result<(), BuildError<PortError>> {
         while let Some(writer) = &mut self.runs {
             writer.flush();
-            if !writer.is_empty() {
+            if !writer.is_empty() || !self.port.is_quiet() {
                 self.cycle(Reads::Input)?;
                 continue;
             }
-            // What comes next starts in the cycle in which the writer is seen to be empty.
+            // What comes next starts in the cycle in which all is seen to be written.
             writer.count(&mut self.traffic);
             self.runs = None;
         }

@@ -35,6 +35,8 @@ pub(super) struct Lines {
     outstanding: VecDeque<Access>,
     /// Which of the write ports is served.
     turn: usize,
+    /// Whether its turn is not over: the line that it offered, or the last of its burst, is not taken.
+    kept: bool,
 }
 
 impl<P: Port> Machine<'_, P> {
@@ -150,10 +152,11 @@ impl<P: Port> Machine<'_, P> {
         }
     }
 
-    /// Offers a line of one write port. A burst keeps its turn until its last line.
+    /// Offers a line of one write port, as the RTL unit `xy_write_arbiter` does. A burst keeps its turn until
+    /// its last line is taken.
     fn write(&mut self) {
         const PORTS: usize = tail::PORTS + 1;
-        if !self.in_burst(self.lines.turn) {
+        if !self.lines.kept {
             let wants = |port: &usize| self.write_offer(*port).is_some();
             let Some(next) = (1..=PORTS).map(|i| (self.lines.turn + i) % PORTS).find(wants) else {
                 return;
@@ -161,11 +164,13 @@ impl<P: Port> Machine<'_, P> {
             self.lines.turn = next;
         }
         let Some(access) = self.write_offer(self.lines.turn) else { return };
+        self.lines.kept = true;
         if self.port.offer(access) {
             match self.lines.turn.checked_sub(1) {
                 None => self.runs.iter_mut().for_each(Writer::taken),
                 Some(port) => self.tail.taken(port),
             }
+            self.lines.kept = self.in_burst(self.lines.turn);
             self.activity.add(Unit::WritePort, 1000);
             self.moved_at = self.now;
         }

@@ -11,9 +11,10 @@ use xylem_core::sort::InputFormat;
 use xylem_regs::{self as regs, ErrorCode, JobKind, RegionId, Stage};
 
 use super::memory::MemoryPort;
-use super::{COUNTERS, Failure, JobRun, OVERHEAD, Parameters, Results, Site};
+use super::{COUNTERS, Failure, JobRun, Parameters, Results, Site};
 use crate::machine::config::MachineConfig;
-use crate::machine::mergetree::{self, MachineError, MachineRun};
+use crate::machine::job;
+use crate::machine::mergetree::{MachineError, MachineRun};
 use crate::machine::port::{LINE_BYTES, PortError};
 use crate::soc::AcceleratorConfig;
 
@@ -27,16 +28,16 @@ pub fn run(machine: &MachineConfig, with: &Parameters, site: Site<'_>) -> JobRun
         leaf_table: with.inside(RegionId::LeafTable),
     };
     let mut copy = site.copy(with);
-    let mut port = MemoryPort::new(site);
-    let built = mergetree::build(machine, &mut copy, &regions, with.primitives, &mut port);
+    let port = MemoryPort::new(site);
+    let job = job::build(machine, &mut copy, &regions, with.primitives, port);
     let outputs = [regions.runs_a, regions.runs_b, regions.nodes, regions.leaf_table];
     let written = outputs.iter().map(|out| (out.base.0 as usize, copy.region(*out).to_vec()));
     let written = written.filter(|(_, bytes)| !bytes.is_empty()).collect();
     let mut counts = [0; COUNTERS];
-    let cycles = port.ticks + OVERHEAD;
-    (counts[0], counts[1]) = (cycles, port.reads * u64::from(LINE_BYTES));
+    let cycles = job.cycles;
+    (counts[0], counts[1]) = (cycles, job.lines_read * u64::from(LINE_BYTES));
     let mut stages = vec![(0, Stage::Sort)];
-    let outcome = match built {
+    let outcome = match job.built {
         Ok(run) => {
             let replaces = heap_replaces(machine, with.primitives);
             let (nodes, leaves) = (run.tree.node_count.into(), run.tree.leaf_count.into());

@@ -6,16 +6,12 @@ use super::Site;
 use crate::machine::fault::{Fault, FaultyPort};
 use crate::machine::port::{Access, IdealPort, Port, Response};
 
-/// A port that answers what lies outside of memory with errors, and counts cycles and lines read.
+/// A port that answers what lies outside of memory with errors.
 #[derive(Debug)]
 pub struct MemoryPort {
     port: FaultyPort<IdealPort>,
     size: usize,
     refused: VecDeque<Access>,
-    /// Cycles that it has run.
-    pub ticks: u64,
-    /// Lines that it was asked for.
-    pub reads: u64,
 }
 
 impl MemoryPort {
@@ -26,8 +22,6 @@ impl MemoryPort {
             port: FaultyPort::new(IdealPort::new(site.latency), fault),
             size: site.memory.bytes().len(),
             refused: VecDeque::new(),
-            ticks: 0,
-            reads: 0,
         }
     }
 
@@ -39,7 +33,6 @@ impl MemoryPort {
 impl Port for MemoryPort {
     fn offer(&mut self, access: Access) -> bool {
         let taken = self.port.offer(access);
-        self.reads += u64::from(taken && !access.write);
         if taken && access.write && self.is_outside(&access) {
             self.refused.push_back(access);
         }
@@ -55,7 +48,6 @@ impl Port for MemoryPort {
     }
 
     fn tick(&mut self) {
-        self.ticks += 1;
         self.port.tick();
     }
 
