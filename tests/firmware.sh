@@ -4,6 +4,8 @@
 #   tests/firmware.sh build   builds it; prints the path of the ELF file
 #   tests/firmware.sh core    checks that the core alone builds for a target without std
 #   tests/firmware.sh tools   installs QEMU, Verilator and PicoRV32's Verilog
+#   tests/firmware.sh custom  builds the program for VexRiscv with custom instructions and installs that core's
+#                             Verilog; prints the program's path
 #   tests/firmware.sh run     builds, installs, and compares its digests with the host's on all engines
 #
 # XYLEM_RISCV_TOOLCHAIN=rustup or debian chooses the compiler; by default rustup's target is used if
@@ -25,6 +27,7 @@ riscv_cargo() {
         need_apt rustc-web cargo-web rust-web-src rust-web-llvm lld || return 1
         RUSTC_BOOTSTRAP=1 RUSTC=/usr/bin/rustc \
             CARGO_TARGET_RISCV32IMC_UNKNOWN_NONE_ELF_LINKER=ld.lld \
+            CARGO_TARGET_RISCV32IM_UNKNOWN_NONE_ELF_LINKER=ld.lld \
             /usr/bin/cargo "$@" -Z build-std=core --target "$target" --target-dir "$folder-debian"
         ;;
     *)
@@ -44,12 +47,13 @@ choose_toolchain() {
     fi
 }
 
+# Builds a program and prints its path.
 build() {
     export DEFMT_LOG=${DEFMT_LOG:-info}
-    riscv_cargo build --quiet --release --locked -p xylem-firmware --features device >&2
+    riscv_cargo build --quiet --release --locked -p "$1" --features device >&2
     local built=$folder
     [ "$XYLEM_RISCV_TOOLCHAIN" = rustup ] || built=$folder-debian
-    echo "$built/$target/release/xylem-firmware"
+    echo "$built/$target/release/$1"
 }
 
 tools() {
@@ -58,12 +62,18 @@ tools() {
 }
 
 case ${1:-} in
-build) build ;;
+build) build xylem-firmware ;;
+custom)
+    # VexRiscv with a custom function port takes no compressed instructions.
+    target=riscv32im-unknown-none-elf
+    need_pip pythondata-cpu-vexriscv==1.0.1.post407
+    build xylem-custom
+    ;;
 core) riscv_cargo check --quiet --release --locked -p xylem-core ;;
 tools) tools ;;
 run)
     tools
-    XYLEM_FIRMWARE=$(build)
+    XYLEM_FIRMWARE=$(build xylem-firmware)
     export XYLEM_FIRMWARE XYLEM_REQUIRE_TOOLS=1
     cargo test --quiet --locked -p xylem --test soc --test accelerator -- --nocapture
     ;;

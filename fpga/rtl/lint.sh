@@ -69,6 +69,7 @@ for bits in 4 6 8; do
 done
 lint traverser small Depth 95 CacheWidth 4 CacheBlock 0
 lint traverser large Depth 95 CacheWidth 9 CacheBlock 1
+lint cfu default
 
 lint morton wide CodeWidth 63
 lint morton narrow CodeWidth 30

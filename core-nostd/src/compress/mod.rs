@@ -23,6 +23,6 @@ pub use lines::MAX_LINES;
 pub use shared::{OpenNode, SharedContext, share};
 pub use shared_stream::SharedCompressor;
 pub use streaming::{Compression, Compressor, Repairs};
-pub use topdown::compress_top_down;
+pub use topdown::{PairEncoder, PlacementEncoder, compress_encoding, compress_top_down};
 pub use treelet::{HeldNode, Place};
 pub use wide::{OpenWide, WideCompressor};

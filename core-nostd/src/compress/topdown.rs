@@ -7,9 +7,46 @@ use crate::emit::MAX_DEPTH;
 use crate::error::{BuildError, RegionName};
 use crate::mem::{Bus, Region};
 use crate::node::{
-    Bvh2Node, Bvh2View, Child, NodeFormat, NodeIndex, Quantization, QuantizedPair, Tree,
+    Bvh2Node, Bvh2View, Child, NodeFormat, NodeIndex, Quantization, QuantizedPair, Subtree, Tree,
 };
 use crate::probe::{Probe, Stage};
+
+/// How the children of a node are encoded: by [`PlacementEncoder`], or by instructions that the machine has for
+/// it.
+pub trait PairEncoder {
+    /// The bytes of the quantized pair over `children` of a node in `placement`, and the placements of those
+    /// that are nodes; `None` if a child's box is none or leaves its parent's. The quantization has been checked.
+    fn encode(
+        &mut self,
+        placement: &Placement,
+        children: &[Subtree; 2],
+        quantization: &Quantization,
+    ) -> Option<([u8; QuantizedPair::MAX_BYTES], [Option<Placement>; 2])>;
+}
+
+/// [`Placement::encode`] and [`Placement::child`].
+#[derive(Clone, Copy, Debug)]
+pub struct PlacementEncoder;
+
+impl PairEncoder for PlacementEncoder {
+    #[inline(always)]
+    fn encode(
+        &mut self,
+        placement: &Placement,
+        children: &[Subtree; 2],
+        quantization: &Quantization,
+    ) -> Option<([u8; QuantizedPair::MAX_BYTES], [Option<Placement>; 2])> {
+        let encode = |i: usize| {
+            let subtree = &children[i];
+            let (code, cells) = placement.encode(&subtree.bounds, subtree.child, quantization)?;
+            let inner = matches!(subtree.child, Child::Inner(_));
+            Some((code, inner.then(|| placement.child(&cells, quantization))))
+        };
+        let (left, right) = (encode(0)?, encode(1)?);
+        let pair = QuantizedPair { children: [left.0, right.0] };
+        Some((pair.to_bytes(quantization.bits), [left.1, right.1]))
+    }
+}
 
 /// Reads the 64-byte nodes of `tree` from the root down and writes each as a quantized pair, at the
 /// same index, to `target`. Returns the descriptor of the quantized tree, which shares the leaf
@@ -20,6 +57,21 @@ use crate::probe::{Probe, Stage};
 /// node in memory that no builder writes, among them one that is reached twice or a child outside
 /// its parent's box. The source tree is left as it was.
 pub fn compress_top_down<B: Bus, P: Probe>(
+    bus: &mut B,
+    tree: &Tree,
+    target: Region,
+    quantization: &Quantization,
+    probe: &mut P,
+) -> Result<Tree, BuildError<B::Error>> {
+    compress_encoding(&mut PlacementEncoder, bus, tree, target, quantization, probe)
+}
+
+/// [`compress_top_down`] with the children encoded by `encoder`.
+///
+/// # Errors
+/// As [`compress_top_down`].
+pub fn compress_encoding<E: PairEncoder, B: Bus, P: Probe>(
+    encoder: &mut E,
     bus: &mut B,
     tree: &Tree,
     target: Region,
@@ -61,20 +113,14 @@ pub fn compress_top_down<B: Bus, P: Probe>(
         bus.read(source, &mut bytes).map_err(failed(source))?;
         let node = Bvh2View::new(&bytes).to_repr().ok_or(corrupt(index))?;
 
-        let encode = |i: usize| {
-            let subtree = &node.children[i];
-            placement.encode(&subtree.bounds, subtree.child, quantization).ok_or(corrupt(index))
-        };
-        let (left, right) = (encode(0)?, encode(1)?);
-        let pair = QuantizedPair { children: [left.0, right.0] };
+        let encoded = encoder.encode(&placement, &node.children, quantization);
+        let (bytes, places) = encoded.ok_or(corrupt(index))?;
         let addr = target.record(index.0, format.bytes()).ok_or(corrupt(index))?;
-        let bytes = pair.to_bytes(quantization.bits);
         bus.write(addr, &bytes[..format.bytes() as usize]).map_err(failed(addr))?;
 
-        for (child, cells) in [right, left] {
-            if let Child::Inner(child_index) = child.child {
-                let entry = (child_index, placement.child(&cells, quantization));
-                stack.push(entry).map_err(|_| corrupt(index))?;
+        for (subtree, place) in node.children.iter().zip(places).rev() {
+            if let (Child::Inner(child_index), Some(place)) = (subtree.child, place) {
+                stack.push((child_index, place)).map_err(|_| corrupt(index))?;
             }
         }
         next = stack.pop();

@@ -76,6 +76,12 @@ impl Reciprocal {
         self.down >> (24 - bits)
     }
 
+    /// Whether the mantissa was not rounded.
+    #[inline]
+    pub const fn is_exact(&self) -> bool {
+        self.inexact == 0
+    }
+
     /// The left shift that turns a [`PlaneOffset`] into a [`Time`].
     #[inline]
     pub const fn shift(&self) -> u32 {

@@ -17,10 +17,12 @@ mod shared;
 mod slab;
 pub mod watertight;
 
+pub use bvh2::{BoxTest, SlabTest};
 pub use hit::{Barycentric, Hit, Query, TraceError};
 pub use quantized::{Cost, Method, Multipliers, TraversalPoint};
 pub use slab::Slabs;
 
+use self::bvh2::Exact;
 use self::quantized::{ByPoint, Decompress, Incremental};
 use self::search::search;
 use crate::emit::MAX_DEPTH;
@@ -79,7 +81,7 @@ pub fn trace_by<B: Bus, P: Probe>(
 ) -> Result<Option<Hit>, TraceError<B::Error>> {
     match scene.tree.format {
         NodeFormat::Bvh2 => {
-            search::<2, MAX_DEPTH, _, _, _>(&bvh2::Exact, bus, scene, ray, query, probe)
+            search::<2, MAX_DEPTH, _, _, _>(&Exact(SlabTest), bus, scene, ray, query, probe)
         }
         NodeFormat::Quantized(q) => {
             trace_quantized::<2, MAX_DEPTH, _, _>((method, q), bus, scene, ray, query, probe)
@@ -91,6 +93,27 @@ pub fn trace_by<B: Bus, P: Probe>(
             let format = shared::Shared { sharing, entry_count: scene.tree.entry_count };
             search::<2, MAX_DEPTH, _, _, _>(&format, bus, scene, ray, query, probe)
         }
+    }
+}
+
+/// Traces one ray, testing the boxes of 64-byte nodes by `test`. Other formats are traced as [`trace`] does.
+///
+/// # Errors
+/// As [`trace`].
+#[inline]
+pub fn trace_testing<T: BoxTest, B: Bus, P: Probe>(
+    test: T,
+    bus: &mut B,
+    scene: &Scene,
+    ray: &Ray,
+    query: Query,
+    probe: &mut P,
+) -> Result<Option<Hit>, TraceError<B::Error>> {
+    match scene.tree.format {
+        NodeFormat::Bvh2 => {
+            search::<2, MAX_DEPTH, _, _, _>(&Exact(test), bus, scene, ray, query, probe)
+        }
+        _ => trace(bus, scene, ray, query, probe),
     }
 }
 

@@ -1,0 +1,14 @@
+xy_pkg.sv
+xy_trace_pkg.sv
+xy_msb.sv
+xy_less.sv
+xy_multiplier.sv
+xy_pair_decode.sv
+xy_time_shift.sv
+xy_box_test.sv
+xy_encode.sv
+xy_child.sv
+xy_decoded.sv
+xy_mismatch.sv
+xy_encoder.sv
+xy_cfu.sv
