@@ -176,7 +176,7 @@ pins!(RecoderPins {
 const LEAF: Child = Child::Leaf { first: 0, count: Child::TO_MARK };
 
 /// A parent with its box, and a child's box, which in one of eight draws is not inside.
-fn family(
+pub(crate) fn family(
     random: &mut Random,
     quantization: &Quantization,
     margin: u8,

@@ -8,7 +8,7 @@
 //! - [`random`] draws what units are fed, from a seed.
 //! - [`mod@bench`] clocks a unit and holds its outputs against a model's; [`types`] are its pins' bytes.
 //! - One module a unit says what it is fed and compares every output of every cycle: [`heap`],
-//!   [`mergesort`], [`emitter`], [`emit`], [`compress`], [`context`], [`traverser`].
+//!   [`mergesort`], [`emitter`], [`emit`], [`compress`], [`context`], [`traverser`], [`cfu`].
 //! - [`table`] collects the cycles of both sides.
 //! - [`top`] is the whole accelerator, for `xylem-driver`.
 //!
@@ -18,6 +18,7 @@
 
 pub mod axi;
 pub mod bench;
+pub mod cfu;
 pub mod compress;
 pub mod context;
 pub mod emit;

@@ -175,6 +175,12 @@ impl Rtl {
         words.next().unwrap_or(0) | words.next().unwrap_or(0) << 32
     }
 
+    /// An input as it was last set; of one wider than 64 bits, the lowest ones.
+    pub fn get_input(&self, pin: Pin) -> u64 {
+        let mut words = self.inputs[pin.words()].iter().map(|&word| u64::from(word));
+        words.next().unwrap_or(0) | words.next().unwrap_or(0) << 32
+    }
+
     /// A one-bit output as it was last settled.
     pub fn is_set(&self, pin: Pin) -> bool {
         self.get(pin) != 0
