@@ -30,7 +30,7 @@ stages=(
     "lint|the RTL is clean in Verilator and yosys|fpga/rtl/lint.sh"
     "formal|proofs about the RTL hold, and each can fail|fpga/formal/run.sh"
     "cosim|RTL and cycle models agree in every cycle|run_cosim"
-    "synthesis|the heap places and routes|fpga/syn/run.sh --smoke"
+    "synthesis|small units place and route|fpga/syn/run.sh --smoke"
     "demo|the main job runs and leaves its report|run_demo"
 )
 

@@ -26,8 +26,8 @@
 //             rd, rsp: the line port. item: valid/ready.
 // Latency     a start takes 2 cycles; 2 from act to item_valid_o; 2 from a line to the act that needs it.
 // Throughput  one record every 2 cycles.
-// Cut paths   item_ready_i, rd_ready_i and rsp to all outputs. Not cut inside: a row of the scratchpad,
-//             its Morton code and the heap's comparison are one path.
+// Cut paths   item_ready_i, rd_ready_i and rsp to all outputs. Not cut: store and rsp through a Morton code
+//             to the scratchpad; the scratchpad's codes and the heap's comparison are one path.
 module xy_multimerge #(
     parameter int unsigned Capacity   = 128,  // records; a power of two
     parameter int unsigned Burst      = 4,    // records; a power of two, 4 or more, at most Capacity / 4
@@ -133,6 +133,8 @@ module xy_multimerge #(
   logic                                 pad_write;
   logic [RowWidth-1:0]                  pad_write_row;
   logic [1:0][RecordWidth-1:0]          pad_write_pair, come, pad;
+  // A record's code lies beside it: there is no time for it between the memory and the heap.
+  logic [1:0][CodeWidth-1:0]            pad_write_code, pad_code;
   logic [1:0]                           come_valid;
   logic [1:0][RowWidth-1:0]             pad_row;
 
@@ -147,17 +149,27 @@ module xy_multimerge #(
     localparam bit Odd = (i == 1);
     assign pad_row[i] = {slot, (place[0] == Odd) ? place[PlaceWidth-1:1] : next_place[PlaceWidth-1:1]};
 
+    xy_pkg::record_t write_record;
+    assign write_record = pad_write_pair[i];
+    xy_morton #(.CodeWidth(CodeWidth)) u_morton (
+        .box_i (write_record.box),
+        .wide_i,
+        .code_o(pad_write_code[i])
+    );
+    logic unused_prim;
+    assign unused_prim = ^write_record.prim;
+
     xy_ram #(
-        .Width    (RecordWidth),
+        .Width    (CodeWidth + RecordWidth),
         .AddrWidth(RowWidth),
         .Block    (1'b1)
     ) u_ram (
         .clk_i,
         .write_i     (pad_write),
         .write_addr_i(pad_write_row),
-        .write_data_i(pad_write_pair[i]),
+        .write_data_i({pad_write_code[i], pad_write_pair[i]}),
         .read_addr_i (pad_row[i]),
-        .read_data_o (pad[i])
+        .read_data_o ({pad_code[i], pad[i]})
     );
   end
 
@@ -186,11 +198,8 @@ module xy_multimerge #(
   assign output_record = may_act && !inserting_q && room && (look_here_q || last);
   assign act           = insert || output_record;
 
-  xy_pkg::record_t      keyed;
   logic [CodeWidth-1:0] code;
-  assign keyed = look_key_odd_q ? pad[1] : pad[0];
-
-  xy_morton #(.CodeWidth(CodeWidth)) u_morton (.box_i(keyed.box), .wide_i, .code_o(code));
+  assign code = look_key_odd_q ? pad_code[1] : pad_code[0];
 
   xy_pkg::heap_op_e op;
   always_comb begin
@@ -222,7 +231,7 @@ module xy_multimerge #(
       .full_o     (heap_full)
   );
   logic unused_heap;
-  assign unused_heap = ^{heap_error, heap_full, top_valid, keyed.prim};
+  assign unused_heap = ^{heap_error, heap_full, top_valid};
 
   assign state_write = act;
   assign state_index = insert ? insert_first_q : look_index_q + 1'b1;

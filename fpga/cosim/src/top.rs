@@ -72,9 +72,24 @@ impl TopConfig {
         cache_width: 9,
         cache_block: true,
     };
+    /// What fits an LFE5U-85F.
+    pub const ECP5: Self = Self {
+        name: "ecp5",
+        capacity: 2048,
+        burst: 8,
+        sorters: 4,
+        fifo: 8,
+        read_ahead: 16,
+        data_bits: 128,
+        time_out: 1 << 20,
+        depth: 0,
+        tracer: false,
+        cache_width: 4,
+        cache_block: false,
+    };
 
     /// Every named configuration.
-    pub const ALL: [Self; 2] = [Self::SMALL, Self::PAPER];
+    pub const ALL: [Self; 3] = [Self::SMALL, Self::PAPER, Self::ECP5];
 
     /// Lines of a burst of nodes or leaf table entries.
     pub const WRITE_LINES: u32 = 8;

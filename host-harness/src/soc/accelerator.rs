@@ -76,8 +76,19 @@ impl AcceleratorConfig {
         traverser: Some(TraverserConfig::LARGE),
     };
 
+    /// What fits an LFE5U-85F.
+    pub const ECP5: Self = Self {
+        name: "ecp5",
+        capacity: 2048,
+        burst: 8,
+        sorters: 4,
+        fifo: 8,
+        read_ahead: 16,
+        code_bits: 63,
+    };
+
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::SMALL, Self::PAPER];
+    pub const ALL: [Self; 3] = [Self::SMALL, Self::PAPER, Self::ECP5];
 
     /// Whether it has a unit that knows quantized nodes.
     fn quantizes(&self) -> bool {
