@@ -7,6 +7,10 @@
 // lie in different ones, so a change of places writes each bank once. The next record is read beside a
 // comparison that reads the other bank; only if there is none, in a cycle of its own.
 //
+// What a comparison says comes late in a cycle, so that little depends on it. Records have their codes beside
+// them; two registers take turns, the next record is fetched into the one that is free, and only their turn,
+// places and write enables wait for the comparison.
+//
 // Handshake   in: valid/ready; in_two_i: both records count. in_last_i: the piece is complete; a piece of
 //             Piece records is complete without. In a cycle in which a pair comes in nothing is sorted.
 //             out: valid/ready. Offers the piece, from its lowest pair on, once it is in order;
@@ -22,13 +26,13 @@ module xy_sorter #(
     input  logic                  clk_i,
     input  logic                  rst_ni,
     input  logic                  clear_i,
-    input  logic                  wide_i,  // codes of 21 bits an axis
 
     input  logic                  in_valid_i,
     output logic                  in_ready_o,
     input  logic                  in_two_i,
     input  logic                  in_last_i,
     input  logic [1:0][xy_pkg::RecordWidth-1:0] in_pair_i,  // of record_t
+    input  logic [1:0][CodeWidth-1:0]           in_code_i,
 
     output logic                  out_valid_o,
     input  logic                  out_ready_i,
@@ -39,18 +43,18 @@ module xy_sorter #(
 
   localparam int unsigned PlaceWidth = $clog2(Piece);
   localparam int unsigned RowWidth   = PlaceWidth - 1;
+  localparam int unsigned Width      = CodeWidth + xy_pkg::RecordWidth;
 
   // The piece that comes in or is sorted.
   logic [PlaceWidth:0]   taken_q;     // records that came
   logic [PlaceWidth:0]   begun_q;     // of those, the ones in order or on their way there; the first one is
   logic                  complete_q;  // no more come
+  logic                  more_q;      // begun_q < taken_q
   logic                  compare_q;   // a record is on its way, at the place after below_q
   logic [PlaceWidth-1:0] below_q;
-  xy_pkg::record_t       record_q;
-  logic [CodeWidth-1:0]  code_q;
-  logic                  next_valid_q;  // the record after it has been read
-  xy_pkg::record_t       next_record_q;
-  logic [CodeWidth-1:0]  next_code_q;
+  logic                  next_valid_q;  // the record after it has been fetched
+  logic                  turn_q;        // which of the two the record on its way is; the next one is the other
+  logic [1:0][Width-1:0] fetched_q;
 
   // The piece that leaves, from its second pair on.
   logic                  giving_q;
@@ -60,40 +64,31 @@ module xy_sorter #(
   logic accept, deliver, in_order;
   assign in_ready_o  = !complete_q && (!giving_q || (taken_q[PlaceWidth-1:1] < out_row_q));
   assign accept      = in_valid_i && in_ready_o;
-  assign in_order    = complete_q && !compare_q && (begun_q == taken_q);
+  assign in_order    = complete_q && !compare_q && !more_q;
   assign out_valid_o = giving_q || in_order;
   assign deliver     = out_valid_o && out_ready_i;
 
   // --- Memory ---
 
-  logic [1:0]                          write;
-  logic [1:0][RowWidth-1:0]            write_row, read_row;
-  logic [1:0][xy_pkg::RecordWidth-1:0] write_record;
-  logic [1:0][CodeWidth-1:0]           read_code;
+  logic [1:0]                write;
+  logic [1:0][RowWidth-1:0]  write_row, read_row;
+  logic [1:0][Width-1:0]     write_word, read;  // codes above records
+  logic [1:0][CodeWidth-1:0] read_code;
 
   for (genvar b = 0; b < 2; b++) begin : gen_bank
     xy_ram #(
-        .Width    (xy_pkg::RecordWidth),
+        .Width    (Width),
         .AddrWidth(RowWidth),
         .Block    (1'b0)
     ) u_ram (
         .clk_i,
         .write_i     (write[b]),
         .write_addr_i(write_row[b]),
-        .write_data_i(write_record[b]),
+        .write_data_i(write_word[b]),
         .read_addr_i (read_row[b]),
-        .read_data_o (out_pair_o[b])
+        .read_data_o (read[b])
     );
-
-    xy_pkg::record_t read;
-    assign read = out_pair_o[b];
-    xy_morton #(.CodeWidth(CodeWidth)) u_morton (
-        .box_i (read.box),
-        .wide_i,
-        .code_o(read_code[b])
-    );
-    logic unused_prim;
-    assign unused_prim = ^read.prim;
+    assign {read_code[b], out_pair_o[b]} = read[b];
   end
 
   // --- Sorting ---
@@ -107,14 +102,23 @@ module xy_sorter #(
   assign next_odd  = begun_q[0];
   assign next_row  = begun_q[PlaceWidth-1:1];
 
+  // The record on its way; both banks are compared with it, and then the one below it is chosen.
+  logic [Width-1:0]     record;
+  logic [CodeWidth-1:0] code;
+  logic [1:0]           higher;
+  assign record = fetched_q[turn_q];
+  assign code   = record[Width-1-:CodeWidth];
+  for (genvar b = 0; b < 2; b++) begin : gen_higher
+    assign higher[b] = read_code[b] > code;
+  end
+
   // The memory is read for the output while a piece leaves, and written while one comes in.
-  logic works, swap, ends, beside, load;
-  assign works  = !accept && !giving_q;
-  assign swap   = works && compare_q && (read_code[below_odd] > code_q);
-  assign ends   = works && compare_q && (!swap || (below_q == '0));
-  assign beside = works && compare_q && (begun_q < taken_q) && (next_odd != below_odd);
-  assign load   = works && (begun_q < taken_q)
-      && (!compare_q || (ends && (beside || next_valid_q)));
+  logic works, swap, ends, fetch, load;
+  assign works = !accept && !giving_q;
+  assign swap  = works && compare_q && higher[below_odd];
+  assign ends  = works && compare_q && (!swap || (below_q == '0));
+  assign fetch = works && more_q && (!compare_q || (next_odd != below_odd));
+  assign load  = (works && more_q && !compare_q) || (ends && more_q && (fetch || next_valid_q));
 
   for (genvar b = 0; b < 2; b++) begin : gen_access
     localparam bit Odd = (b == 1);
@@ -122,9 +126,9 @@ module xy_sorter #(
     assign write[b]        = swap || (accept && (!Odd || in_two_i));
     assign write_row[b]    = accept ? taken_q[PlaceWidth-1:1]
         : ((below_odd == Odd) ? below_row : above_row);
-    assign write_record[b] = accept ? in_pair_i[b]
-        : ((below_odd == Odd) ? record_q : out_pair_o[below_odd]);
-    assign read_row[b]     = out_valid_o ? out_row_q
+    assign write_word[b]   = accept ? {in_code_i[b], in_pair_i[b]}
+        : ((below_odd == Odd) ? record : read[1-b]);
+    assign read_row[b]     = (giving_q || in_order) ? out_row_q
         : ((compare_q && (below_odd == Odd)) ? below_row : next_row);
   end
 
@@ -140,8 +144,10 @@ module xy_sorter #(
       taken_q      <= '0;
       begun_q      <= (PlaceWidth + 1)'(1);
       complete_q   <= 1'b0;
+      more_q       <= 1'b0;
       compare_q    <= 1'b0;
       next_valid_q <= 1'b0;
+      turn_q       <= 1'b0;
       giving_q     <= 1'b0;
       out_count_q  <= '0;
       out_row_q    <= '0;
@@ -149,8 +155,10 @@ module xy_sorter #(
       taken_q      <= '0;
       begun_q      <= (PlaceWidth + 1)'(1);
       complete_q   <= 1'b0;
+      more_q       <= 1'b0;
       compare_q    <= 1'b0;
       next_valid_q <= 1'b0;
+      turn_q       <= 1'b0;
       giving_q     <= 1'b0;
       out_count_q  <= '0;
       out_row_q    <= '0;
@@ -158,15 +166,19 @@ module xy_sorter #(
       if (accept) begin
         taken_q    <= taken_q + (in_two_i ? (PlaceWidth + 1)'(2) : (PlaceWidth + 1)'(1));
         complete_q <= in_last_i || (taken_q == (PlaceWidth + 1)'(Piece - 2));
+        // The first record is begun as it comes.
+        more_q     <= in_two_i || (taken_q != '0);
       end
       if (load) begin
         begun_q   <= begun_q + 1'b1;
         compare_q <= 1'b1;
+        more_q    <= begun_q + 1'b1 < taken_q;
       end else if (ends) begin
         compare_q <= 1'b0;
       end
       if (load) next_valid_q <= 1'b0;
-      else if (beside) next_valid_q <= 1'b1;
+      else if (fetch) next_valid_q <= 1'b1;
+      if (load) turn_q <= !turn_q;
       if (deliver) begin
         out_row_q <= out_last_o ? '0 : out_row_q + 1'b1;
         giving_q  <= !out_last_o;
@@ -175,23 +187,16 @@ module xy_sorter #(
           taken_q     <= '0;
           begun_q     <= (PlaceWidth + 1)'(1);
           complete_q  <= 1'b0;
+          more_q      <= 1'b0;
         end
       end
     end
   end
 
   always_ff @(posedge clk_i) begin
-    if (load) begin
-      record_q <= next_valid_q ? next_record_q : out_pair_o[next_odd];
-      code_q   <= next_valid_q ? next_code_q : read_code[next_odd];
-      below_q  <= begun_q[PlaceWidth-1:0] - 1'b1;
-    end else if (swap) begin
-      below_q <= below_q - 1'b1;
-    end
-    if (beside) begin
-      next_record_q <= out_pair_o[next_odd];
-      next_code_q   <= read_code[next_odd];
-    end
+    if (load) below_q <= begun_q[PlaceWidth-1:0] - 1'b1;
+    else if (swap) below_q <= below_q - 1'b1;
+    if (fetch) fetched_q[!turn_q] <= read[next_odd];
   end
 
 `ifndef SYNTHESIS
@@ -200,6 +205,10 @@ module xy_sorter #(
       $fatal(1, "xy_sorter: Piece is %0d, must be a power of two, 4 or more", Piece);
     end
   end
+
+  // The bit is what it stands for.
+  a_more :
+  assert property (@(posedge clk_i) disable iff (!rst_ni) more_q == (begun_q < taken_q));
 
   // A single record before the last pair would leave a hole.
   a_single_is_last :

@@ -41,6 +41,19 @@ module xy_sorters #(
   assign out_two_o   = out_two[out_turn_q];
   assign out_pair_o  = out_pair[out_turn_q];
 
+  logic [1:0][CodeWidth-1:0] in_code;
+  for (genvar i = 0; i < 2; i++) begin : gen_code
+    xy_pkg::record_t record;
+    assign record = in_pair_i[i];
+    xy_morton #(.CodeWidth(CodeWidth)) u_morton (
+        .box_i (record.box),
+        .wide_i,
+        .code_o(in_code[i])
+    );
+    logic unused_prim;
+    assign unused_prim = ^record.prim;
+  end
+
   for (genvar i = 0; i < Sorters; i++) begin : gen_sorter
     localparam logic [TurnWidth-1:0] Turn = TurnWidth'(i);
 
@@ -51,12 +64,12 @@ module xy_sorters #(
         .clk_i,
         .rst_ni,
         .clear_i,
-        .wide_i,
         .in_valid_i (in_valid_i && (in_turn_q == Turn)),
         .in_ready_o (in_ready[i]),
         .in_two_i,
         .in_last_i,
         .in_pair_i,
+        .in_code_i  (in_code),
         .out_valid_o(out_valid[i]),
         .out_ready_i(out_ready_i && (out_turn_q == Turn)),
         .out_two_o  (out_two[i]),

@@ -167,8 +167,8 @@ const MUTATIONS: [(&str, Mutation); 11] = [
         "equal codes change places",
         Mutation {
             file: "xy_sorter.sv",
-            from: "(read_code[below_odd] > code_q)",
-            to: "(read_code[below_odd] >= code_q)",
+            from: "read_code[b] > code;",
+            to: "read_code[b] >= code;",
         },
     ),
     (

@@ -130,8 +130,8 @@ const MUTATIONS: [(&str, Mutation); 8] = [
         "equal codes change places",
         Mutation {
             file: "xy_sorter.sv",
-            from: "[below_odd] > code_q",
-            to: "[below_odd] >= code_q",
+            from: "read_code[b] > code;",
+            to: "read_code[b] >= code;",
         },
     ),
     (
@@ -162,8 +162,8 @@ const MUTATIONS: [(&str, Mutation); 8] = [
         "a piece is handed out a comparison early",
         Mutation {
             file: "xy_sorter.sv",
-            from: "complete_q && !compare_q && (begun_q == taken_q)",
-            to: "complete_q && (begun_q == taken_q)",
+            from: "complete_q && !compare_q && !more_q",
+            to: "complete_q && !more_q",
         },
     ),
     (
