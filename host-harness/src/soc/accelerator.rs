@@ -85,6 +85,8 @@ impl AcceleratorConfig {
         fifo: 8,
         read_ahead: 16,
         code_bits: 63,
+        treelet_depth: 0,
+        traverser: None,
     };
 
     /// All of them.
