@@ -8,6 +8,7 @@ xy_heap_stage.sv
 xy_heap.sv
 xy_morton.sv
 xy_unpack.sv
+xy_unpack_triangle.sv
 xy_bursts.sv
 xy_multimerge.sv
 xy_reader.sv

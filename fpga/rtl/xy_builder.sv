@@ -91,9 +91,10 @@ module xy_builder #(
   localparam int unsigned LeafTable  = 32'(xy_regs_pkg::region_id__leaf_table);
   localparam int unsigned Quantized  = 32'(xy_regs_pkg::region_id__quantized);
 
-  logic wide, compress;
-  assign wide     = job_i.morton_bits == 7'd63;
-  assign compress = job_i.kind == xy_regs_pkg::job_kind__build_compressed;
+  logic wide, triangles, compress;
+  assign wide      = job_i.morton_bits == 7'd63;
+  assign triangles = job_i.input_format == 2'(xy_regs_pkg::input_format__triangle);
+  assign compress  = job_i.kind == xy_regs_pkg::job_kind__build_compressed;
 
   // --- Sort ---
 
@@ -128,6 +129,7 @@ module xy_builder #(
       .ready_o,
       .wide_i           (wide),
       .count_i          (job_i.primitives),
+      .triangles_i      (triangles),
       .primitives_base_i(base[Primitives]),
       .runs_a_base_i    (base[RunsA]),
       .runs_a_size_i    (size[RunsA]),
@@ -282,7 +284,8 @@ module xy_builder #(
       error_code_o   = 4'(xy_regs_pkg::error_code__bad_primitive);
       error_region_o = xy_regs_pkg::region_id__primitives;
       // Its first byte.
-      error_addr_o   = base[Primitives] + {error_index[26:0], 5'd0};
+      error_addr_o   = base[Primitives] + {error_index[26:0], 5'd0}
+          + (triangles ? 32'({error_index[26:0], 3'd0}) : 32'd0);
     end else if (run_error) begin
       error_region_o = region[0];
     end else if (emit_error[2]) begin

@@ -45,6 +45,7 @@ module xy_mergesort #(
     output logic                 ready_o,
     input  logic                 wide_i,   // codes of 21 bits an axis instead of 10
     input  logic [31:0]          count_i,  // primitives, below 2^27
+    input  logic                 triangles_i,  // of 40 bytes, instead of boxes
     input  logic [31:0]          primitives_base_i,
     input  logic [31:0]          runs_a_base_i,
     input  logic [31:0]          runs_a_size_i,
@@ -126,6 +127,7 @@ module xy_mergesort #(
       .start_i,
       .base_i       (primitives_base_i),
       .count_i,
+      .triangles_i,
       .rd_valid_o   (reader_rd_valid),
       .rd_ready_i,
       .rd_addr_o    (reader_rd_addr),

@@ -67,6 +67,10 @@ package xy_pkg;
   localparam int unsigned RecordBytes = 32;
   localparam int unsigned RecordBits  = 8 * RecordBytes;
 
+  // A triangle in memory: nine coordinates, vertex by vertex, and an identifier.
+  localparam int unsigned TriangleBytes = 40;
+  localparam int unsigned TriangleBits  = 8 * TriangleBytes;
+
   // --- Registers, bundled ---
 
   localparam int unsigned RegionWidth = 3;

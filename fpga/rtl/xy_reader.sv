@@ -1,16 +1,24 @@
-// Primitive reader: the input as one stream of lines, two records a line, asked for ahead of their use.
+// Primitive reader: the input as one stream of lines, asked for ahead of their use, out of which come pairs of
+// records: two boxes of 32 bytes in each line, or triangles of 40 bytes, eight in five lines.
 //
-// Handshake   start_i takes base_i (a multiple of a line) and count_i (records, of 32 bytes).
+//   rsp ──► lines ──► head ──┬────────────► two records ──► pair
+//                            └─► line held ─────┘
+//
+// A pair of triangles lies in two lines that follow each other: the one held and the head. Of the five lines of
+// eight triangles the first is only held, and each of the others brings a pair.
+//
+// Handshake   start_i takes base_i (a multiple of a line) and count_i (records, below 2^27); triangles_i must
+//             stay.
 //             rd, rsp: the line port; the tag says where the line has its place. Lines may come in any
 //             order.
 //             pair: valid/ready. pair_two_o: both records count, else pair_o[0] only; pair_last_o: none
 //             follow.
-//             error_o rises when a record is next that is none (xy_unpack) and stays until start_i or
-//             clear_i, with the record's index; its pair is not offered.
+//             error_o rises when a record is next that is none (xy_unpack, xy_unpack_triangle) and stays until
+//             start_i or clear_i, with the record's index; its pair is not offered.
 //             done_o: all records have left.
-// Latency     1 cycle from a line's arrival to its pair.
-// Throughput  one line asked for and one pair a cycle.
-// Cut paths   all but pair_o, which is read from distributed memory in its cycle.
+// Latency     2 cycles from a line's arrival to its pair.
+// Throughput  one line asked for and one line taken apart a cycle.
+// Cut paths   all: what comes out depends on registers only.
 module xy_reader #(
     parameter int unsigned Room = 8  // lines; a power of two, 2 or more
 ) (
@@ -21,6 +29,7 @@ module xy_reader #(
     input  logic                    start_i,
     input  logic [31:0]             base_i,
     input  logic [31:0]             count_i,
+    input  logic                    triangles_i,
 
     output logic                    rd_valid_o,
     input  logic                    rd_ready_i,
@@ -45,107 +54,178 @@ module xy_reader #(
 
   // --- Asking ---
 
-  logic [31:0]       ask_left_q;  // records whose line has not been asked for
+  logic [31:0]       ask_left_q;  // lines that have not been asked for
   logic [31:0]       addr_q;
-  logic [TagWidth:0] ask_q, next_q;  // lines asked for and delivered; one bit more tells full from empty
+  logic [TagWidth:0] ask_q, next_q;  // lines asked for and taken; one bit more tells full from empty
 
-  logic asked, delivered;
+  logic asked;
   assign rd_valid_o = (ask_left_q != '0) && ((ask_q - next_q) != (TagWidth + 1)'(Room));
   assign rd_addr_o  = addr_q;
   assign rd_tag_o   = ask_q[TagWidth-1:0];
   assign asked      = rd_valid_o && rd_ready_i;
 
-  // --- Lines that have come, their records checked on the way in ---
+  // Half a line a box; five eighths of a line a triangle.
+  logic [31:0] lines, eighths;
+  assign eighths = {count_i[29:0], 2'd0} + count_i;
+  assign lines   = triangles_i ? 32'((eighths + 32'd7) >> 3) : 32'((count_i + 32'd1) >> 1);
 
-  logic [1:0][xy_pkg::RecordWidth-1:0] come;
-  logic [1:0]                          come_valid;
+  // --- Lines that have come ---
 
-  for (genvar i = 0; i < 2; i++) begin : gen_unpack
-    xy_unpack u_unpack (
-        .bytes_i (rsp_data_i[i*xy_pkg::RecordBits+:xy_pkg::RecordBits]),
-        .record_o(come[i]),
-        .valid_o (come_valid[i])
-    );
-  end
-
-  logic [Room-1:0]     here_q;
-  logic [1:0]          head_valid;
-  logic [TagWidth-1:0] head;
+  logic [Room-1:0]             here_q;
+  logic [TagWidth-1:0]         head;
+  logic [xy_pkg::LineBits-1:0] head_line, held_q;
   assign head = next_q[TagWidth-1:0];
 
   xy_ram #(
-      .Width    (2 * xy_pkg::RecordWidth + 2),
+      .Width    (xy_pkg::LineBits),
       .AddrWidth(TagWidth),
       .Block    (1'b0)
   ) u_lines (
       .clk_i,
       .write_i     (rsp_valid_i),
       .write_addr_i(rsp_tag_i),
-      .write_data_i({come_valid, come}),
+      .write_data_i(rsp_data_i),
       .read_addr_i (head),
-      .read_data_o ({head_valid, pair_o})
+      .read_data_o (head_line)
   );
+
+  // --- The next two records ---
+
+  logic [31:0] left_q, index_q;  // records that have not been taken from their lines; the first's position
+  logic        held_valid_q;
+  logic [1:0]  phase_q;          // where in the line held the next triangle starts: at 16 bytes times this
+
+  logic [1023:0]                          both;
+  logic [2*xy_pkg::TriangleBits-1:0]      window;
+  logic [1:0]                             box_valid, triangle_valid, come_valid;
+  logic [1:0][xy_pkg::RecordWidth-1:0]    come;
+  assign both = {head_line, held_q};
+
+  always_comb begin
+    unique case (phase_q)
+      2'd0: window = both[0+:2*xy_pkg::TriangleBits];
+      2'd1: window = both[128+:2*xy_pkg::TriangleBits];
+      2'd2: window = both[256+:2*xy_pkg::TriangleBits];
+      default: window = both[384+:2*xy_pkg::TriangleBits];
+    endcase
+  end
+
+  for (genvar i = 0; i < 2; i++) begin : gen_unpack
+    xy_pkg::record_t box_record, triangle_record;
+
+    xy_unpack u_box (
+        .bytes_i (head_line[i*xy_pkg::RecordBits+:xy_pkg::RecordBits]),
+        .record_o(box_record),
+        .valid_o (box_valid[i])
+    );
+    xy_unpack_triangle u_triangle (
+        .bytes_i (window[i*xy_pkg::TriangleBits+:xy_pkg::TriangleBits]),
+        .index_i (index_q + 32'(i)),
+        .record_o(triangle_record),
+        .valid_o (triangle_valid[i])
+    );
+    assign come[i]       = triangles_i ? triangle_record : box_record;
+    assign come_valid[i] = triangles_i ? triangle_valid[i] : box_valid[i];
+  end
+
+  // --- Taking lines apart ---
+
+  logic come_two, head_here, needs_head, load, enter, taken, delivered;
+  logic full_q;
+  assign come_two   = left_q != 32'd1;
+  assign head_here  = here_q[head] && (left_q != '0);
+  // The last triangle of an odd number may end in the line held.
+  assign needs_head = !triangles_i || come_two || phase_q[1];
+  assign load       = triangles_i && !held_valid_q && head_here;
+  assign enter      = (left_q != '0) && (held_valid_q || !triangles_i) && (head_here || !needs_head)
+      && (!full_q || delivered);
+  assign taken      = load || (enter && needs_head);
 
   // --- Delivering ---
 
-  logic [31:0] left_q, index_q;  // records that have not left; position of the first of them
-  logic        error_q;
+  logic                                two_q, last_q, error_q;
+  logic [1:0]                          valid_q;
+  logic [1:0][xy_pkg::RecordWidth-1:0] pair_q;
 
-  logic head_here, good;
-  assign head_here = here_q[head] && (left_q != '0);
-  assign good      = head_valid[0] && (head_valid[1] || !pair_two_o);
-
-  assign pair_valid_o = head_here && good;
-  assign pair_two_o   = left_q != 32'd1;
-  assign pair_last_o  = left_q <= 32'd2;
+  logic good;
+  assign good         = valid_q[0] && (valid_q[1] || !two_q);
+  assign pair_valid_o = full_q && good;
+  assign pair_two_o   = two_q;
+  assign pair_last_o  = last_q;
+  assign pair_o       = pair_q;
   assign delivered    = pair_valid_o && pair_ready_i;
 
-  assign done_o        = left_q == '0;
+  assign done_o        = (left_q == '0) && !full_q;
   assign error_o       = error_q;
   assign error_index_o = index_q;
 
+  always_ff @(posedge clk_i) begin
+    if (taken) held_q <= head_line;
+    if (enter) begin
+      pair_q  <= come;
+      valid_q <= come_valid;
+      two_q   <= come_two;
+      last_q  <= left_q <= 32'd2;
+    end
+  end
+
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      ask_left_q <= '0;
-      addr_q     <= '0;
-      ask_q      <= '0;
-      next_q     <= '0;
-      here_q     <= '0;
-      left_q     <= '0;
-      index_q    <= '0;
-      error_q    <= 1'b0;
+      ask_left_q   <= '0;
+      addr_q       <= '0;
+      ask_q        <= '0;
+      next_q       <= '0;
+      here_q       <= '0;
+      left_q       <= '0;
+      index_q      <= '0;
+      held_valid_q <= 1'b0;
+      phase_q      <= '0;
+      full_q       <= 1'b0;
+      error_q      <= 1'b0;
     end else if (clear_i) begin
-      ask_left_q <= '0;
-      addr_q     <= '0;
-      ask_q      <= '0;
-      next_q     <= '0;
-      here_q     <= '0;
-      left_q     <= '0;
-      index_q    <= '0;
-      error_q    <= 1'b0;
+      ask_left_q   <= '0;
+      addr_q       <= '0;
+      ask_q        <= '0;
+      next_q       <= '0;
+      here_q       <= '0;
+      left_q       <= '0;
+      index_q      <= '0;
+      held_valid_q <= 1'b0;
+      phase_q      <= '0;
+      full_q       <= 1'b0;
+      error_q      <= 1'b0;
     end else begin
       if (asked) begin
         ask_q      <= ask_q + 1'b1;
         addr_q     <= addr_q + 32'(xy_pkg::LineBytes);
-        ask_left_q <= (ask_left_q <= 32'd2) ? '0 : ask_left_q - 32'd2;
+        ask_left_q <= ask_left_q - 32'd1;
       end
-      if (delivered) begin
+      if (taken) begin
         next_q       <= next_q + 1'b1;
         here_q[head] <= 1'b0;
-        left_q       <= pair_last_o ? '0 : left_q - 32'd2;
-        index_q      <= index_q + 32'd2;
       end
       if (rsp_valid_i) here_q[rsp_tag_i] <= 1'b1;
-      if (head_here && !good && !error_q) begin
+      if (load) held_valid_q <= 1'b1;
+      if (enter) begin
+        left_q  <= (left_q <= 32'd2) ? '0 : left_q - 32'd2;
+        index_q <= index_q + 32'd2;
+        phase_q <= phase_q + 2'd1;
+        if (phase_q == 2'd3) held_valid_q <= 1'b0;
+      end
+      full_q <= enter || (full_q && !delivered);
+      if (full_q && !good && !error_q) begin
         error_q <= 1'b1;
-        index_q <= index_q + 32'(head_valid[0]);
+        index_q <= index_q - 32'd2 + 32'(valid_q[0]);
       end
       if (start_i) begin
-        ask_left_q <= count_i;
-        addr_q     <= base_i;
-        left_q     <= count_i;
-        index_q    <= '0;
-        error_q    <= 1'b0;
+        ask_left_q   <= lines;
+        addr_q       <= base_i;
+        left_q       <= count_i;
+        index_q      <= '0;
+        held_valid_q <= 1'b0;
+        phase_q      <= '0;
+        full_q       <= 1'b0;
+        error_q      <= 1'b0;
       end
     end
   end

@@ -91,7 +91,7 @@ module xy_top #(
     Depth > 0,                    // build_compressed
     Tracer > 0,                   // trace
     Tracer > 0,                   // trace_bvh2
-    1'b0,                         // input_triangle
+    1'b1,                         // input_triangle
     Tracer > 0 ? 8'd40 : 8'd0,    // ray_bytes
     Tracer > 0 ? 8'd24 : 8'd0,    // hit_bytes
     Tracer > 0 ? 8'd95 : 8'd0     // stack_entries: one for each level that a tree may have
@@ -169,7 +169,8 @@ module xy_top #(
   assign traces     = job.kind == xy_regs_pkg::job_kind__trace;
   assign build_ok   = ((job.kind == xy_regs_pkg::job_kind__build)
           || (compresses && (job.treelet_depth == 3'(Depth)) && (Depth > 0)))
-      && (job.input_format == 2'(xy_regs_pkg::input_format__aabb))
+      && ((job.input_format == 2'(xy_regs_pkg::input_format__aabb))
+          || (job.input_format == 2'(xy_regs_pkg::input_format__triangle)))
       && (job.record_format == xy_regs_pkg::record_format__box32)
       && ((job.morton_bits == 7'd30) || ((job.morton_bits == 7'd63) && (CodeWidth == 63)))
       && (job.leaf_size != '0);

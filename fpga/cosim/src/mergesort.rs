@@ -14,10 +14,10 @@ use xylem::machine::config::MachineConfig;
 use xylem::machine::mergetree::{self, MachineError};
 use xylem::machine::port::{Access, LINE_BYTES, Port, Response};
 use xylem::run::{Buffers, Layout};
-use xylem_core::geom::Aabb;
+use xylem_core::geom::{Aabb, Triangle};
 use xylem_core::num::MortonWidth;
 use xylem_core::pipeline::{self, BuildConfig};
-use xylem_core::sort::{Item, RecordFormat, SortConfig};
+use xylem_core::sort::{InputFormat, Item, RecordFormat, SortConfig};
 
 use crate::bench::{Bench, Stop, Waves};
 use crate::pins;
@@ -115,12 +115,14 @@ pub struct Neighbours {
     pub write_stall: u64,
     /// In how many of 16 cycles no item is taken.
     pub item_stall: u64,
+    /// In how many of 16 cycles memory does not say that all is written.
+    pub unrest: u64,
 }
 
 impl Neighbours {
     /// Memory that takes and gives a line in every cycle, and an emitter that always waits.
     pub const fn ideal(latency: u64) -> Self {
-        Self { latency, jitter: 0, read_stall: 0, write_stall: 0, item_stall: 0 }
+        Self { latency, jitter: 0, read_stall: 0, write_stall: 0, item_stall: 0, unrest: 0 }
     }
 
     /// Any.
@@ -132,6 +134,7 @@ impl Neighbours {
             read_stall: one_of(&[0, 0, 4, 13]),
             write_stall: one_of(&[0, 0, 4, 13]),
             item_stall: one_of(&[0, 0, 4, 14]),
+            unrest: one_of(&[0, 0, 14]),
         }
     }
 }
@@ -162,6 +165,26 @@ pub fn primitives(random: &mut Random, count: u32) -> Vec<Item> {
     items
 }
 
+/// Writes a primitive as an input of `format` has it: a box, or a triangle with that box.
+pub fn encode(item: &Item, format: InputFormat, bytes: &mut [u8]) {
+    match format {
+        InputFormat::Box32 => RecordFormat::Box32.encode(item, bytes),
+        InputFormat::Triangle40 => {
+            let Aabb { min, max } = item.bounds;
+            // Which vertex is lowest and which highest differs between triangles and axes.
+            let vertex = |turn: u32| {
+                let pick = |axis: usize| {
+                    let corners = [min[axis], max[axis], (min[axis] + max[axis]) / 2];
+                    corners[((item.reference >> (2 * axis)) + turn) as usize % 3]
+                };
+                IVec3::new(pick(0), pick(1), pick(2))
+            };
+            let triangle = Triangle { vertices: [0, 1, 2].map(vertex), id: item.reference };
+            bytes.copy_from_slice(&triangle.to_bytes());
+        }
+    }
+}
+
 /// A sort to be done: its input in memory, and what must come of it.
 #[derive(Debug)]
 pub struct Job {
@@ -182,16 +205,18 @@ impl Job {
         let layout = Layout::new(&machine.build, count).unwrap_or_else(|size| panic!("{size}"));
         let mut input = FlatMemory::new(layout.size as usize);
         let start = layout.build.primitives.base.0 as usize;
-        let records = input.bytes_mut()[start..].chunks_exact_mut(32);
+        let format = machine.build.input;
+        let records = input.bytes_mut()[start..].chunks_exact_mut(format.bytes() as usize);
         for (bytes, item) in records.zip(items) {
-            RecordFormat::Box32.encode(item, bytes);
+            encode(item, format, bytes);
         }
         Self { machine, layout, count, input }
     }
 
     /// Makes record `index` one that is none.
     pub fn spoil(&mut self, index: u32) {
-        let at = (self.layout.build.primitives.base.0 + 32 * index) as usize;
+        let stride = self.machine.build.input.bytes();
+        let at = (self.layout.build.primitives.base.0 + stride * index) as usize;
         self.input.bytes_mut()[at + 3] = 0x7f;
     }
 
@@ -256,6 +281,8 @@ struct Cycle {
     /// The line written.
     write: Option<u32>,
     write_ready: bool,
+    /// Whether what was written can be read back.
+    quiet: bool,
     /// The number, of all lines asked for, of the one that came.
     response: Option<u64>,
     /// The record offered.
@@ -294,6 +321,7 @@ impl Recorder {
             read_ready: ready(self.neighbours.read_stall),
             write_ready: ready(self.neighbours.write_stall),
             item_ready: ready(self.neighbours.item_stall),
+            quiet: ready(self.neighbours.unrest),
             ..Cycle::default()
         }
     }
@@ -335,13 +363,17 @@ impl Port for Wires<'_> {
         recorder.cycle += 1;
     }
 
+    fn is_quiet(&self) -> bool {
+        self.0.borrow().now.quiet
+    }
+
     fn peak_bytes_per_cycle(&self) -> Option<f64> {
         None
     }
 }
 
 pins!(Pins {
-    clear_i, start_i, wide_i, quiet_i, count_i, primitives_base_i, runs_a_base_i, runs_a_size_i, runs_b_base_i,
+    clear_i, start_i, wide_i, triangles_i, quiet_i, count_i, primitives_base_i, runs_a_base_i, runs_a_size_i, runs_b_base_i,
     runs_b_size_i, rd_ready_i, rsp_valid_i, rsp_tag_i, rsp_data_i, wr_ready_i, item_ready_i;
     ready_o, rd_valid_o, rd_addr_o, rd_tag_o, wr_valid_o, wr_addr_o, wr_data_o, wr_strb_o,
     item_valid_o, item_o, item_code_o, end_o, primitive_error_o, region_error_o, error_index_o,
@@ -438,8 +470,7 @@ impl MergeSortRtl {
         let (pins, rtl) = (&self.pins, &mut self.bench.rtl);
         let regions = &job.layout.build;
         rtl.set(pins.wide_i, job.machine.build.morton == MortonWidth::Bits63);
-        // This memory has a line when it has taken it.
-        rtl.set(pins.quiet_i, true);
+        rtl.set(pins.triangles_i, job.machine.build.input == InputFormat::Triangle40);
         for (pin, value) in [
             (pins.count_i, job.count),
             (pins.primitives_base_i, regions.primitives.base.0),
@@ -491,6 +522,7 @@ impl MergeSortRtl {
         rtl.set(pins.rd_ready_i, cycle.read_ready);
         rtl.set(pins.wr_ready_i, cycle.write_ready);
         rtl.set(pins.item_ready_i, cycle.item_ready);
+        rtl.set(pins.quiet_i, cycle.quiet);
         let line = cycle.response.and_then(|number| self.asked.get_mut(number as usize)?.take());
         rtl.set(pins.rsp_valid_i, line.is_some());
         if let Some((tag, bytes)) = line {
@@ -553,8 +585,9 @@ impl MergeSortRtl {
         for _ in 0..cycles {
             let asked = self.asked.len() as u64;
             let response = come.pop_front();
-            let (read_ready, write_ready, item_ready) = (true, true, true);
-            let cycle = Cycle { read_ready, write_ready, item_ready, response, ..Cycle::default() };
+            let ready =
+                Cycle { read_ready: true, write_ready: true, item_ready: true, ..Cycle::default() };
+            let cycle = Cycle { quiet: true, response, ..ready };
             self.set(&cycle);
             self.bench.rtl.settle();
             self.edge()?;

@@ -159,9 +159,15 @@ fn soup(count: u32, seed: u64) -> Vec<Triangle> {
 
 /// With what a scene of so many primitives is built: small ones with everything, large ones take their time.
 fn setups(config: TopConfig, count: usize) -> Vec<Setup> {
-    let all = [Memory::Ideal(1), Memory::Ideal(20), Memory::Dram].into_iter();
-    let all = all.map(|memory| Setup { config, memory, input: InputFormat::Box32 });
-    all.skip(if count > 5000 { 2 } else { 0 }).collect()
+    if count > 5000 {
+        let small = config == TopConfig::SMALL;
+        let input = if small { InputFormat::Box32 } else { InputFormat::Triangle40 };
+        return vec![Setup { config, memory: Memory::Dram, input }];
+    }
+    let memories = [Memory::Ideal(1), Memory::Ideal(20), Memory::Dram];
+    let inputs = [InputFormat::Box32, InputFormat::Triangle40];
+    let setups = memories.map(|memory| inputs.map(|input| Setup { config, memory, input }));
+    setups.concat()
 }
 
 /// The most by which cycles may differ.

@@ -1,6 +1,7 @@
 //! The builder's front half in gates against the clocked builder and the core.
 
 use xylem_core::num::MortonWidth;
+use xylem_core::sort::InputFormat;
 use xylem_cosim::bench::{self, Stop, Waves};
 use xylem_cosim::mergesort::{self, Job, MergeSortConfig, MergeSortRtl, Neighbours};
 use xylem_cosim::random::Random;
@@ -10,6 +11,8 @@ use xylem_cosim::verilate::Mutation;
 fn library(config: MergeSortConfig) -> std::path::PathBuf {
     mergesort::build(config, None).unwrap_or_else(|error| panic!("{error}"))
 }
+
+const INPUTS: [InputFormat; 2] = [InputFormat::Box32, InputFormat::Triangle40];
 
 /// What a run without a mismatch amounts to.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,7 +59,9 @@ fn run(
         let count = if random.below(8) == 0 { edge } else { random.below(most[pick]) };
         let morton = [MortonWidth::Bits30, MortonWidth::Bits63][random.below(2) as usize];
         let items = mergesort::primitives(&mut random, count as u32);
-        let job = Job::new(config.machine(morton), &items);
+        let mut machine = config.machine(morton);
+        machine.build.input = INPUTS[random.below(2) as usize];
+        let job = Job::new(machine, &items);
         let neighbours = Neighbours::draw(&mut random);
         let give_up = (random.below(4) == 0).then(|| random.below(3000));
         let outcome = rtl.sort(&job, neighbours, random.bits(), give_up)?;
@@ -84,7 +89,7 @@ fn rtl_and_model_agree_in_every_cycle_and_runs_are_the_core_s() {
     let mut given_up = 0;
     for seed in 1..=4 {
         let name = format!("mergesort-{}-seed{seed}", config.name);
-        let run = |waves| run(&library, config, seed, 150_000, waves);
+        let run = |waves| run(&library, config, seed, 200_000, waves);
         let s = bench::with_waves(&name, run).unwrap_or_else(|stop| panic!("{name}: {stop}"));
         println!("{}", s.row("merge sort lockstep", config, seed));
         assert_eq!(s.model_cycles, s.rtl_cycles);
@@ -136,8 +141,10 @@ fn a_record_that_is_none_and_a_region_too_short_are_errors_and_touch_nothing_els
     let mut rtl = MergeSortRtl::load(&library, 7, None).unwrap_or_else(|stop| panic!("{stop}"));
     let mut random = Random::new(7);
     let machine = config.machine(MortonWidth::Bits63);
-    for index in [0, 1, 2, 77, 298, 299] {
+    for (index, input) in [0, 1, 2, 77, 298, 299].into_iter().zip(INPUTS.into_iter().cycle()) {
         let items = mergesort::primitives(&mut random, 300);
+        let mut machine = machine;
+        machine.build.input = input;
         let mut job = Job::new(machine, &items);
         job.spoil(index);
         let (primitive, region, _) =
@@ -162,7 +169,7 @@ fn a_record_that_is_none_and_a_region_too_short_are_errors_and_touch_nothing_els
 }
 
 /// Faults, each of which the lockstep must see.
-const MUTATIONS: [(&str, Mutation); 11] = [
+const MUTATIONS: [(&str, Mutation); 13] = [
     (
         "equal codes change places",
         Mutation {
@@ -191,8 +198,24 @@ const MUTATIONS: [(&str, Mutation); 11] = [
         "the last line of an odd input is not asked for",
         Mutation {
             file: "xy_reader.sv",
-            from: "(ask_left_q <= 32'd2) ? '0",
-            to: "(ask_left_q <= 32'd3) ? '0",
+            from: "32'((count_i + 32'd1) >> 1)",
+            to: "32'(count_i >> 1)",
+        },
+    ),
+    (
+        "runs are read before they are written",
+        Mutation {
+            file: "xy_mergesort.sv",
+            from: "if (writer_empty && quiet_i) begin",
+            to: "if (writer_empty) begin",
+        },
+    ),
+    (
+        "boxes are taken for triangles",
+        Mutation {
+            file: "xy_mergesort.sv",
+            from: "      .triangles_i,",
+            to: "      .triangles_i(1'b1),",
         },
     ),
     (

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use xylem::machine::reader::Reader;
 use xylem_core::mem::Region;
 use xylem_core::num::MortonWidth;
-use xylem_core::sort::{Item, RecordFormat};
+use xylem_core::sort::{InputFormat, Item};
 use xylem_cosim::bench::{self, Bench, Stop, Waves};
 use xylem_cosim::mergesort::{self, MergeSortConfig};
 use xylem_cosim::pins;
@@ -22,24 +22,33 @@ fn build(room: u32, mutation: Option<Mutation>) -> Result<PathBuf, CosimError> {
 }
 
 pins!(Pins {
-    clear_i, start_i, base_i, count_i, rd_ready_i, rsp_valid_i, rsp_tag_i, rsp_data_i, pair_ready_i;
+    clear_i, start_i, base_i, count_i, triangles_i, rd_ready_i, rsp_valid_i, rsp_tag_i, rsp_data_i, pair_ready_i;
     rd_valid_o, rd_addr_o, rd_tag_o, pair_valid_o, pair_two_o, pair_last_o, pair_o, done_o, error_o,
     error_index_o,
 });
 
 /// Bytes of records, some of which may be none: off the grid, inverted, or with a reference too high.
-fn input(random: &mut Random, count: u32) -> Vec<u8> {
-    let mut image = vec![0; 64 + (32 * count as usize).next_multiple_of(64)];
+fn input(random: &mut Random, format: InputFormat, count: u32) -> Vec<u8> {
+    let stride = format.bytes() as usize;
+    let mut image = vec![0; 64 + (stride * count as usize).next_multiple_of(64)];
     let items = mergesort::primitives(random, count);
-    for (bytes, item) in image[64..].chunks_exact_mut(32).zip(&items) {
-        RecordFormat::Box32.encode(item, bytes);
-        bytes[28..].copy_from_slice(&(random.bits() as u32).to_le_bytes());
+    for (bytes, item) in image[64..].chunks_exact_mut(stride).zip(&items) {
+        mergesort::encode(item, format, bytes);
+        if format == InputFormat::Box32 {
+            bytes[28..].copy_from_slice(&(random.bits() as u32).to_le_bytes());
+        }
     }
     if random.below(3) == 0 && count > 0 {
-        let at = 64 + 32 * random.below(count.into()) as usize;
-        let record = &mut image[at..at + 32];
+        let at = 64 + stride * random.below(count.into()) as usize;
+        let record = &mut image[at..at + stride];
         let axis = 4 * random.below(3) as usize;
         match random.below(4) {
+            _ if format == InputFormat::Triangle40 => {
+                let at = axis + 12 * random.below(3) as usize;
+                let beyond = (1 << 23) + (random.below(1 << 23) * random.below(2)) as i32;
+                let coordinate = if random.below(2) == 0 { beyond } else { -beyond - 1 };
+                record[at..at + 4].copy_from_slice(&coordinate.to_le_bytes());
+            }
             0 => record[axis + 3] ^= 0x40,
             // Below the grid, by one or so much that one bit more would hold it.
             3 => {
@@ -69,13 +78,15 @@ fn run(
     let mut bench = Bench::load(library, seed, waves)?;
     let pins = Pins::new(&bench.rtl);
     let mut random = Random::new(seed);
-    let decoder = MergeSortConfig::SMALL.machine(MortonWidth::Bits63).build.decoder();
+    let mut build = MergeSortConfig::SMALL.machine(MortonWidth::Bits63).build;
     let (mut records, mut errors) = (0, 0);
     while bench.cycle() < cycles {
         let most = [3, 40, 600][random.below(3) as usize];
         let count = random.below(most) as u32;
-        let image = input(&mut random, count);
-        let mut model = Reader::new(Region::new(64, 32 * count), decoder, count, room);
+        build.input = [InputFormat::Box32, InputFormat::Triangle40][random.below(2) as usize];
+        let image = input(&mut random, build.input, count);
+        let region = Region::new(64, build.input.bytes() * count);
+        let mut model = Reader::new(region, build.decoder(), count, room);
         let (stall, pause) = (random.below(4), random.below(4));
         let (latency, jitter) = (1 + random.below(30), random.below(20));
         // Lines under way: when they come, tag and address.
@@ -85,6 +96,7 @@ fn run(
         rtl.set(pins.start_i, true);
         rtl.set(pins.base_i, 64u32);
         rtl.set(pins.count_i, count);
+        rtl.set(pins.triangles_i, build.input == InputFormat::Triangle40);
         rtl.set(pins.rd_ready_i, false);
         rtl.set(pins.rsp_valid_i, false);
         rtl.settle();
@@ -181,7 +193,7 @@ fn rtl_and_model_agree_in_every_output_of_every_cycle() {
 }
 
 /// Faults, each of which the lockstep must see.
-const MUTATIONS: [(&str, Mutation); 7] = [
+const MUTATIONS: [(&str, Mutation); 15] = [
     (
         "coordinates of 25 bits pass",
         Mutation {
@@ -216,15 +228,63 @@ const MUTATIONS: [(&str, Mutation); 7] = [
     ),
     (
         "the place of the second record is that of the first",
-        Mutation { file: "xy_reader.sv", from: "index_q + 32'(head_valid[0])", to: "index_q" },
+        Mutation {
+            file: "xy_reader.sv",
+            from: "index_q - 32'd2 + 32'(valid_q[0])",
+            to: "index_q - 32'd2",
+        },
     ),
     (
         "the last line of an odd input is not asked for",
         Mutation {
             file: "xy_reader.sv",
-            from: "(ask_left_q <= 32'd2) ? '0",
-            to: "(ask_left_q <= 32'd3) ? '0",
+            from: "32'((count_i + 32'd1) >> 1)",
+            to: "32'(count_i >> 1)",
         },
+    ),
+    (
+        "the last line of triangles is not asked for if they end at its start",
+        Mutation { file: "xy_reader.sv", from: "eighths + 32'd7", to: "eighths + 32'd6" },
+    ),
+    (
+        "the fourth pair of triangles starts where the third does",
+        Mutation { file: "xy_reader.sv", from: "both[384+:", to: "both[256+:" },
+    ),
+    (
+        "a pair of triangles is taken from a line that has not come",
+        Mutation {
+            file: "xy_reader.sv",
+            from: "&& (head_here || !needs_head)",
+            to: "&& (head_here || triangles_i)",
+        },
+    ),
+    (
+        "the last triangle waits for a line after the one held",
+        Mutation {
+            file: "xy_reader.sv",
+            from: "|| come_two || phase_q[1];",
+            to: "|| come_two || 1'b1;",
+        },
+    ),
+    (
+        "the line held stays after eight triangles",
+        Mutation {
+            file: "xy_reader.sv",
+            from: "if (phase_q == 2'd3) held_valid_q <= 1'b0;",
+            to: "",
+        },
+    ),
+    (
+        "the second triangle has the first one's position",
+        Mutation { file: "xy_reader.sv", from: "index_q + 32'(i)", to: "index_q" },
+    ),
+    (
+        "the third vertex does not count for the lower corner",
+        Mutation { file: "xy_unpack_triangle.sv", from: "(c < low) ? c : low", to: "low" },
+    ),
+    (
+        "the third vertex may be off the grid",
+        Mutation { file: "xy_unpack_triangle.sv", from: "(&on_grid)", to: "(&on_grid[5:0])" },
     ),
 ];
 

@@ -23,7 +23,7 @@ use xylem_core::geom::{Aabb, Ray};
 use xylem_core::node::{Quantization, Subtree};
 use xylem_core::num::MortonWidth;
 use xylem_core::pipeline::BuildConfig;
-use xylem_core::sort::SortConfig;
+use xylem_core::sort::{InputFormat, SortConfig};
 use xylem_core::traverse::Hit;
 
 /// A named configuration of the accelerator: that of `fpga/rtl/configs.toml`.
@@ -105,14 +105,21 @@ impl AcceleratorConfig {
     /// The cycle model of the builder.
     pub(super) fn machine(
         &self,
+        input: InputFormat,
         morton: MortonWidth,
         max_leaf_size: u32,
         compression: Option<Compression>,
     ) -> MachineConfig {
         let (capacity, burst) = (self.capacity, self.burst);
         let sort = SortConfig { capacity, burst, ..SortConfig::PAPER };
-        let build =
-            BuildConfig { morton, max_leaf_size, sort, compression, ..BuildConfig::default() };
+        let build = BuildConfig {
+            input,
+            morton,
+            max_leaf_size,
+            sort,
+            compression,
+            ..BuildConfig::default()
+        };
         MachineConfig {
             sorters: self.sorters,
             fifo: self.fifo,

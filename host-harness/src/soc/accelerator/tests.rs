@@ -230,7 +230,7 @@ fn every_wrong_job_ends_in_its_documented_code() {
     let nowhere = 0x4000_0000;
     for (change, code, id) in [
         ((JOB_PRIMITIVES.offset(), 0), bad_config, None),
-        ((xylem_regs::JOB_FORMAT.offset(), 1), bad_config, None),
+        ((xylem_regs::JOB_FORMAT.offset(), 2), bad_config, None),
         ((xylem_regs::JOB_LIMITS.offset(), 31 | 255 << 8), bad_config, None),
         ((region(RegionId::RunsA), EXTERNAL.base.0 + 64 * 1000), bad_config, Some(RegionId::RunsA)),
         ((size(RegionId::Hits), 1 << 31), bad_config, Some(RegionId::Hits)),
@@ -246,14 +246,16 @@ fn every_wrong_job_ends_in_its_documented_code() {
 }
 
 #[test]
-fn a_box_off_the_grid_is_a_bad_primitive() {
-    // The box of line 1000 is 0; lower its corner below the grid in the scene's place instead.
+fn a_primitive_off_the_grid_is_a_bad_one() {
     let (board, done) = board(AcceleratorConfig::SMALL, 40);
     let first = done.blob.triangles.base.0 - EXTERNAL.base.0;
     let off = (1i32 << 23).to_le_bytes();
     board.0.borrow_mut().memory.bytes_mut()[first as usize..][..4].copy_from_slice(&off);
     let error = accelerate(&board, &done).expect_err("a triangle off the grid");
-    assert!(matches!(error, AcceleratorError::Triangle(_)), "{error:?}");
+    let AcceleratorError::Wait { error: WaitError::Job(error), .. } = error else {
+        panic!("{error:?}")
+    };
+    assert_eq!((error.code, error.addr), (ErrorCode::BadPrimitive, done.blob.triangles.base));
     let origin = EXTERNAL.base.0 + 64;
     let primitives = xylem_regs::REGION_PRIMITIVES_BASE.offset();
     // The blob's own words are no boxes.

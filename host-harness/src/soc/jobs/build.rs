@@ -82,13 +82,13 @@ pub fn machine(config: &AcceleratorConfig, with: &Parameters) -> Option<MachineC
         63 if config.code_bits >= 63 => MortonWidth::Bits63,
         _ => return None,
     };
+    let input = with.input()?;
     let compresses = with.job == Some(JobKind::BuildCompressed);
     let fits = compresses == compression.is_some()
         && (1..1 << 27).contains(&with.primitives)
-        && format.input() == Ok(regs::InputFormat::Aabb)
         && format.record() == Ok(regs::RecordFormat::Box32)
         && limits.leaf_size() > 0;
-    fits.then(|| config.machine(morton, limits.leaf_size().into(), compression))
+    fits.then(|| config.machine(input, morton, limits.leaf_size().into(), compression))
 }
 
 /// How nodes are compressed.
@@ -115,6 +115,14 @@ fn heap_replaces(machine: &MachineConfig, count: u32) -> u64 {
 }
 
 impl Parameters {
+    /// What its input consists of, if the map has that.
+    fn input(&self) -> Option<InputFormat> {
+        Some(match self.format.input().ok()? {
+            regs::InputFormat::Aabb => InputFormat::Box32,
+            regs::InputFormat::Triangle => InputFormat::Triangle40,
+        })
+    }
+
     /// Where the nodes of a build go.
     fn nodes_go_to(&self) -> RegionId {
         match self.job {
@@ -166,7 +174,8 @@ impl Parameters {
             }
             BuildError::InvalidPrimitive { index } => {
                 let id = RegionId::Primitives;
-                let offset = index.0.wrapping_mul(InputFormat::Box32.bytes());
+                let bytes = self.input().map_or(0, InputFormat::bytes);
+                let offset = index.0.wrapping_mul(bytes);
                 let addr = self.regions[id as usize].base.0.wrapping_add(offset);
                 let code = ErrorCode::BadPrimitive;
                 Failure { code, stage: Stage::Sort, region: Some(id), addr }

@@ -150,13 +150,13 @@ impl JobRun {
     }
 }
 
-/// `cap.features`: builds from boxes, runs of 32-byte boxes, and counters; compressing builds and traces
+/// `cap.features`: builds from boxes and triangles, runs of 32-byte boxes, and counters; compressing builds and traces
 /// where there are units.
 pub fn features(config: &AcceleratorConfig) -> u32 {
     let compresses = if config.treelet_depth > 0 { 1 << 3 } else { 0 };
     let traces = if config.traverser.is_some() { 1 << 2 | 1 << 12 | 1 << 13 } else { 0 };
     let coordinates = if compresses | traces > 0 { 1 << 16 | 1 << 17 } else { 0 };
-    1 | 1 << 4 | 1 << 8 | 1 << 20 | compresses | traces | coordinates
+    1 | 1 << 4 | 1 << 5 | 1 << 8 | 1 << 20 | compresses | traces | coordinates
 }
 
 /// Runs a job on a copy of memory.

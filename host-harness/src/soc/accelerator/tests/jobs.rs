@@ -271,7 +271,7 @@ fn every_wrong_compressing_build_ends_in_its_documented_code_and_the_next_runs_c
         (JOB_PRIMITIVES.offset(), 1 << 27, ErrorCode::BadConfig, None),
         (JOB_LIMITS.offset(), depths(0), ErrorCode::BadConfig, None),
         (JOB_LIMITS.offset(), depths(2), ErrorCode::BadConfig, None),
-        (JOB_FORMAT.offset(), 1, ErrorCode::BadConfig, None),
+        (JOB_FORMAT.offset(), 2, ErrorCode::BadConfig, None),
         (base(RegionId::Quantized), leaf_table, ErrorCode::BadConfig, Some(RegionId::Quantized)),
         (size(RegionId::Quantized), 64, ErrorCode::RegionFull, Some(RegionId::Quantized)),
         (base(RegionId::Quantized), 0x4000_0000, ErrorCode::BusWrite, None),
