@@ -182,8 +182,8 @@ const MUTATIONS: [(&str, Mutation); 13] = [
         "records come in while others change places",
         Mutation {
             file: "xy_sorter.sv",
-            from: "assign works  = !accept && !giving_q;",
-            to: "assign works  = !giving_q;",
+            from: "assign works = !accept && !giving_q;",
+            to: "assign works = !giving_q;",
         },
     ),
     (

@@ -146,16 +146,16 @@ const MUTATIONS: [(&str, Mutation); 8] = [
         "sorting goes on while records come in",
         Mutation {
             file: "xy_sorter.sv",
-            from: "works  = !accept && !giving_q",
-            to: "works  = !giving_q",
+            from: "works = !accept && !giving_q",
+            to: "works = !giving_q",
         },
     ),
     (
         "sorting goes on while records leave",
         Mutation {
             file: "xy_sorter.sv",
-            from: "works  = !accept && !giving_q",
-            to: "works  = !accept",
+            from: "works = !accept && !giving_q",
+            to: "works = !accept",
         },
     ),
     (
