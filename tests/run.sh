@@ -52,13 +52,23 @@ run_tests() {
         --nocapture "${elsewhere[@]/#/--skip=}"
 }
 
-# By their names, not by package: cargo then finds everything built as the stage before left it.
+# By their names, not by package: cargo then finds everything built as the stage before left it. The tests of the
+# whole accelerator run beside those of the units, as most of their time they use one core.
 run_cosim() {
-    local file units=()
+    local file name whole=() units=() log=target/logs/cosim-whole.log failed=0
     for file in fpga/cosim/tests/*.rs; do
-        units+=(--test "$(basename "$file" .rs)")
+        name=$(basename "$file" .rs)
+        case $name in
+        end_to_end | top*) whole+=(--test "$name") ;;
+        *) units+=(--test "$name") ;;
+        esac
     done
-    cargo test --quiet "${units[@]}" -- --nocapture
+    cargo test --quiet --no-run "${whole[@]}" "${units[@]}" || return 1
+    cargo test --quiet --no-fail-fast "${whole[@]}" -- --nocapture >"$log" 2>&1 &
+    cargo test --quiet --no-fail-fast "${units[@]}" -- --nocapture || failed=1
+    wait $! || failed=1
+    cat "$log"
+    return $failed
 }
 
 prove_lemmas() {
