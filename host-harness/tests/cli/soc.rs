@@ -60,11 +60,11 @@ fn an_accelerator_is_compared_with_the_software_part_by_part() {
     );
     let parts = accelerator["parts"].as_array().expect("parts");
     let names: Vec<_> = parts.iter().map(|part| part["part"].as_str().expect("a name")).collect();
-    assert_eq!(names, ["prepare", "build", "build compressed", "trace"]);
-    assert!(parts[0].get("software_cycles").is_none());
-    assert!(parts[1..].iter().all(|part| part["equal"] == true), "{parts:?}");
+    // It reads triangles, so the core has no boxes to prepare.
+    assert_eq!(names, ["build", "build compressed", "trace"]);
+    assert!(parts.iter().all(|part| part["equal"] == true), "{parts:?}");
     assert!(accelerator.get("in_software").is_none() && whole(&json, "treelet_depth") == 2);
-    let build = &parts[1];
+    let build = &parts[0];
     let speedup = build["speedup"].as_f64().expect("a speed-up");
     let ratio = whole(build, "software_cycles") as f64 / whole(build, "cycles") as f64;
     assert!((speedup - ratio).abs() < 0.01 && speedup > 10.0, "{build}");

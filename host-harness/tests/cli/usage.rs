@@ -39,7 +39,10 @@ fn wrong_usage_exits_with_2_and_says_what_is_right() {
             "leave out --top-level",
         ),
         (&["soc", "a.obj", "--accelerator", "model", "--animate", "2"], "cannot be used with"),
-        (&["soc", "a.obj", "--accelerator-config", "huge"], "[possible values: small, paper]"),
+        (
+            &["soc", "a.obj", "--accelerator-config", "huge"],
+            "[possible values: small, paper, ecp5]",
+        ),
         (&["soc", "a.obj", "--key", "b.obj"], "--animate"),
         (&["soc", "a.obj", "--animate", "0"], "1..=1024"),
         (&["soc", "a.obj", "--animate", "2", "--rebuild-at", "1e9"], "from 0 to 65535"),
