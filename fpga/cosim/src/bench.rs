@@ -1,6 +1,7 @@
 //! A unit on the bench: clocked cycle by cycle, its outputs held against what a model says.
 
 use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use crate::rtl::{Pin, Rtl};
@@ -138,6 +139,24 @@ impl Bench {
         self.rtl.edge().map_err(failed)?;
         self.cycle += 1;
         Ok(())
+    }
+}
+
+/// Runs a unit with a fault in it, which must be seen: as a difference, or in a panic of what checks what
+/// came of it. Says where.
+///
+/// # Panics
+/// If the unit cannot be built, or nothing sees the fault.
+pub fn must_see<T: fmt::Debug>(
+    what: &str,
+    faulty: Result<PathBuf, CosimError>,
+    run: impl FnOnce(&Path) -> Result<T, Stop>,
+) {
+    let faulty = faulty.unwrap_or_else(|error| panic!("{what}: {error}"));
+    match catch_unwind(AssertUnwindSafe(|| run(&faulty))) {
+        Ok(Ok(summary)) => panic!("not seen: {what}: {summary:?}"),
+        Ok(Err(stop)) => println!("{what}: seen in cycle {}", stop.cycle()),
+        Err(_) => println!("{what}: seen in what came of it"),
     }
 }
 

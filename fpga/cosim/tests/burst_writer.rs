@@ -214,12 +214,8 @@ fn every_fault_put_into_the_rtl_is_seen() {
     let config = CONFIGS[4];
     for (what, from, to) in MUTATIONS {
         let mutation = Mutation { file: "xy_burst_writer.sv", from, to };
-        let faulty = build(config, Some(mutation)).unwrap_or_else(|e| panic!("{what}: {e}"));
-        let run = || run(&faulty, config, 3, 50_000, None);
-        match std::panic::catch_unwind(run) {
-            Ok(Ok(summary)) => panic!("not seen: {what}: {summary:?}"),
-            Ok(Err(stop)) => println!("{what}: seen in cycle {}", stop.cycle()),
-            Err(_) => println!("{what}: seen in memory"),
-        }
+        bench::must_see(what, build(config, Some(mutation)), |faulty| {
+            run(faulty, config, 3, 50_000, None)
+        });
     }
 }

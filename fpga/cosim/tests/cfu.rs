@@ -96,10 +96,6 @@ fn every_fault_put_into_the_rtl_is_seen() {
         return;
     }
     for (what, mutation) in FAULTS {
-        let faulty = cfu::build(Some(mutation)).unwrap_or_else(|error| panic!("{what}: {error}"));
-        match run(&faulty, 11, 2_000, None) {
-            Ok(compared) => panic!("not seen: {what}: {compared:?}"),
-            Err(stop) => println!("{what}: seen in cycle {}", stop.cycle()),
-        }
+        bench::must_see(what, cfu::build(Some(mutation)), |faulty| run(faulty, 11, 2_000, None));
     }
 }

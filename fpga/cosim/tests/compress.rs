@@ -140,12 +140,9 @@ fn every_fault_put_into_the_rtl_is_seen() {
     let single = MUTATIONS.map(|mutation| (CompressConfig::SINGLE, mutation));
     let treelets = TREELET_MUTATIONS.map(|mutation| (CompressConfig::SMALL, mutation));
     for (config, (what, mutation)) in single.into_iter().chain(treelets) {
-        let faulty = compress::build(config, Some(mutation))
-            .unwrap_or_else(|error| panic!("{what}: {error}"));
-        match compress::run(&faulty, config, 11, 60_000, None) {
-            Ok(summary) => panic!("not seen: {what}: {summary:?}"),
-            Err(stop) => println!("{what}: seen in cycle {}", stop.cycle()),
-        }
+        bench::must_see(what, compress::build(config, Some(mutation)), |faulty| {
+            compress::run(faulty, config, 11, 60_000, None)
+        });
     }
 }
 

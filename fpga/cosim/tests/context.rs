@@ -137,12 +137,9 @@ fn every_fault_put_into_the_rtl_is_seen() {
     }
     let config = CONFIGS[0];
     for (unit, what, mutation) in MUTATIONS {
-        let faulty = context::build(unit, config, Some(mutation))
-            .unwrap_or_else(|error| panic!("{what}: {error}"));
         let run = UNITS.iter().find(|(name, _)| *name == unit).map(|(_, run)| run).unwrap();
-        match run(&faulty, config, 11, 30_000, None) {
-            Ok(compared) => panic!("not seen: {what}: {compared} compared"),
-            Err(stop) => println!("{what}: seen in cycle {}", stop.cycle()),
-        }
+        bench::must_see(what, context::build(unit, config, Some(mutation)), |faulty| {
+            run(faulty, config, 11, 30_000, None)
+        });
     }
 }

@@ -68,12 +68,9 @@ fn every_fault_put_into_the_rtl_is_seen() {
     }
     let config = EmitConfig::SMALL;
     for (what, mutation) in MUTATIONS {
-        let faulty =
-            emit::build(config, Some(mutation)).unwrap_or_else(|error| panic!("{what}: {error}"));
-        match emit::run(&faulty, config, 11, 30_000, None) {
-            Ok(summary) => panic!("not seen: {what}: {summary:?}"),
-            Err(stop) => println!("{what}: seen in cycle {}", stop.cycle()),
-        }
+        bench::must_see(what, emit::build(config, Some(mutation)), |faulty| {
+            emit::run(faulty, config, 11, 30_000, None)
+        });
     }
 }
 

@@ -99,12 +99,9 @@ fn every_fault_put_into_the_rtl_is_seen() {
     }
     let config = EmitterConfig::WIDE;
     for (what, mutation) in MUTATIONS {
-        let faulty = emitter::build(config, Some(mutation))
-            .unwrap_or_else(|error| panic!("{what}: {error}"));
-        match emitter::run(&faulty, config, 11, 30_000, None) {
-            Ok(summary) => panic!("not seen: {what}: {summary:?}"),
-            Err(stop) => println!("{what}: seen in cycle {}", stop.cycle()),
-        }
+        bench::must_see(what, emitter::build(config, Some(mutation)), |faulty| {
+            emitter::run(faulty, config, 11, 30_000, None)
+        });
     }
 }
 

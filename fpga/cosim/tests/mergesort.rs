@@ -283,14 +283,9 @@ fn every_fault_put_into_the_rtl_is_seen() {
     }
     let config = MergeSortConfig::SMALL;
     for (what, mutation) in MUTATIONS {
-        let faulty = mergesort::build(config, Some(mutation));
-        let faulty = faulty.unwrap_or_else(|error| panic!("{what}: {error}"));
-        let result = std::panic::catch_unwind(|| run(&faulty, config, 1, 150_000, None));
-        match result {
-            Ok(Ok(summary)) => panic!("not seen: {what}: {summary:?}"),
-            Ok(Err(stop)) => println!("{what}: seen in cycle {}", stop.cycle()),
-            Err(_) => println!("{what}: seen in memory"),
-        }
+        bench::must_see(what, mergesort::build(config, Some(mutation)), |faulty| {
+            run(faulty, config, 1, 150_000, None)
+        });
     }
 }
 
