@@ -107,10 +107,9 @@ impl Compression {
 /// without a parent.
 #[derive(Debug)]
 pub struct Compressor<'a> {
-    compression: Compression,
-    lines: LineBuffer,
-    /// Nodes written to the next place.
-    written: u32,
+    encoder: Encoder,
+    /// The treelet at work.
+    treelet: Treelet,
     /// The treelets on the stack, [`Compression::slots`] places each. The children of the node in place
     /// `s`, counted from 1, are in `2s` and `2s + 1`.
     held: &'a mut [HeldNode],
@@ -126,8 +125,8 @@ impl<'a> Compressor<'a> {
             Repairs::InMemory => 2,
             Repairs::InLines(lines) => lines.into(),
         };
-        let lines = LineBuffer::new(region, capacity);
-        Self { compression, lines, written: 0, held, roots: Vec::new() }
+        let encoder = Encoder { compression, lines: LineBuffer::new(region, capacity), written: 0 };
+        Self { encoder, treelet: Treelet::EMPTY, held, roots: Vec::new() }
     }
 
     /// Writes what is held in lines; nodes that come now are written in `stage`.
@@ -140,8 +139,8 @@ impl<'a> Compressor<'a> {
         stage: Stage,
         probe: &mut P,
     ) -> Result<(), BuildError<B::Error>> {
-        self.lines.flush(bus, probe)?;
-        self.lines.stage = stage;
+        self.encoder.lines.flush(bus, probe)?;
+        self.encoder.lines.stage = stage;
         Ok(())
     }
 
@@ -159,44 +158,47 @@ impl<'a> Compressor<'a> {
         place: Place,
         probe: &mut P,
     ) -> Result<(), BuildError<B::Error>> {
-        let quantization = &self.compression.quantization;
+        let Self { encoder, treelet, held, roots } = self;
+        let compression = encoder.compression;
+        let kept = compression.slots();
         let corrupt = BuildError::CorruptNode { index: arrival.0 };
         let bounds = node.children[0].bounds.union(&node.children[1].bounds);
-        let context = self.compression.estimate(&bounds).ok_or(corrupt)?;
-        let mut treelet = Treelet::EMPTY;
+        let context = compression.estimate(&bounds).ok_or(corrupt)?;
+        treelet.clear();
         let mut below = [Below::Leaf; 2];
         let (mut taken, mut at_first) = (0, None);
         for (i, child) in node.children.iter().enumerate() {
             let Child::Inner(index) = child.child else { continue };
-            let recent = self.roots.len().saturating_sub(2);
-            below[i] = match self.roots[recent..].iter().position(|root| *root == index) {
+            let recent = roots.len().saturating_sub(2);
+            below[i] = match roots[recent..].iter().position(|root| *root == index) {
                 // A subtree has one parent and is one child of it.
                 Some(at) if at_first == Some(at) => return Err(corrupt),
                 Some(at) => {
-                    treelet.add(i, self.slots(recent + at));
+                    treelet.add(i, slots(held, kept, recent + at));
                     (taken, at_first) = (taken + 1, Some(at));
                     Below::Held
                 }
                 // It is in memory in the context that was estimated for it.
-                None => match self.compression.estimate(&child.bounds) {
+                None => match compression.estimate(&child.bounds) {
                     Some(old) => Below::Written(old),
                     None => return Err(BuildError::CorruptNode { index: index.0 }),
                 },
             };
         }
         treelet.nodes[1] = HeldNode { node: *node, place, below };
-        treelet.place(context, quantization).ok_or(BuildError::CorruptNode { index: arrival.0 })?;
-        let lowest = 1 << (self.compression.treelet_depth - 1);
+        treelet
+            .place(context, &compression.quantization)
+            .ok_or(BuildError::CorruptNode { index: arrival.0 })?;
+        let lowest = 1 << (compression.treelet_depth - 1);
         for at in lowest..2 * lowest {
-            self.write(bus, &mut treelet, at, probe)?;
+            encoder.write(bus, treelet, at, probe)?;
         }
-        probe.stage(self.lines.stage);
+        probe.stage(encoder.lines.stage);
         if lowest > 1 {
-            self.roots.truncate(self.roots.len() - taken);
-            self.roots.push(arrival).map_err(|_| BuildError::Unsorted)?;
-            let top = self.roots.len() - 1;
-            let kept = self.compression.slots();
-            let slots = self.held.get_mut(top * kept..(top + 1) * kept);
+            roots.truncate(roots.len() - taken);
+            roots.push(arrival).map_err(|_| BuildError::Unsorted)?;
+            let top = roots.len() - 1;
+            let slots = held.get_mut(top * kept..(top + 1) * kept);
             slots.ok_or(BuildError::Internal)?.copy_from_slice(&treelet.nodes[1..=kept]);
         }
         Ok(())
@@ -226,20 +228,20 @@ impl<'a> Compressor<'a> {
         probe: &mut P,
     ) -> Result<(), BuildError<B::Error>> {
         if let Some(Subtree { bounds, child: Child::Inner(index) }) = root {
-            let quantization = &self.compression.quantization;
+            let compression = self.encoder.compression;
             let corrupt = BuildError::CorruptNode { index: index.0 };
             let (Some(old), Some(new)) =
-                (self.compression.estimate(bounds), Placement::root(bounds, quantization))
+                (compression.estimate(bounds), Placement::root(bounds, &compression.quantization))
             else {
                 return Err(corrupt);
             };
             if self.roots.is_empty() {
-                self.repair(bus, Repair { index: *index, old, new }, probe)?;
+                self.encoder.repair(bus, Repair { index: *index, old, new }, probe)?;
             } else {
                 self.write_held(bus, Some(new), probe)?;
             }
         }
-        self.lines.flush(bus, probe)
+        self.encoder.lines.flush(bus, probe)
     }
 
     /// Writes all treelets; the first one's root in context `root`, if that is given.
@@ -249,38 +251,49 @@ impl<'a> Compressor<'a> {
         mut root: Option<Placement>,
         probe: &mut P,
     ) -> Result<(), BuildError<B::Error>> {
-        for stacked in 0..self.roots.len() {
-            let arrival = self.roots[stacked];
+        let Self { encoder, treelet, held, roots } = self;
+        let compression = encoder.compression;
+        for (stacked, arrival) in roots.iter().enumerate() {
             let corrupt = BuildError::CorruptNode { index: arrival.0 };
-            let mut treelet = Treelet::EMPTY;
-            let slots = self.slots(stacked);
+            treelet.clear();
+            let slots = slots(held, compression.slots(), stacked);
             treelet.nodes[1..=slots.len()].copy_from_slice(slots);
-            let quantization = &self.compression.quantization;
             let [a, b] = treelet.nodes[1].node.children;
-            let context =
-                root.take().or_else(|| self.compression.estimate(&a.bounds.union(&b.bounds)));
-            let placed = context.and_then(|context| treelet.place(context, quantization));
+            let context = root.take().or_else(|| compression.estimate(&a.bounds.union(&b.bounds)));
+            let placed =
+                context.and_then(|context| treelet.place(context, &compression.quantization));
             placed.ok_or(corrupt)?;
-            for layer in (0..self.compression.treelet_depth - 1).rev() {
+            for layer in (0..compression.treelet_depth - 1).rev() {
                 for at in 1 << layer..2 << layer {
-                    let index = self.write(bus, &mut treelet, at, probe)?;
-                    if at == 1 && index != Some(arrival) {
+                    let index = encoder.write(bus, treelet, at, probe)?;
+                    if at == 1 && index != Some(*arrival) {
                         // More than one subtree was left: not the order of a depth-first walk.
                         return Err(BuildError::Unsorted);
                     }
                 }
             }
         }
-        self.roots.clear();
-        probe.stage(self.lines.stage);
+        roots.clear();
+        probe.stage(encoder.lines.stage);
         Ok(())
     }
+}
 
-    fn slots(&self, stacked: usize) -> &[HeldNode] {
-        let kept = self.compression.slots();
-        self.held.get(stacked * kept..(stacked + 1) * kept).unwrap_or_default()
-    }
+/// The places of a treelet on the stack.
+fn slots(held: &[HeldNode], kept: usize, stacked: usize) -> &[HeldNode] {
+    held.get(stacked * kept..(stacked + 1) * kept).unwrap_or_default()
+}
 
+/// Encodes the nodes of treelets into memory.
+#[derive(Debug)]
+struct Encoder {
+    compression: Compression,
+    lines: LineBuffer,
+    /// Nodes written to the next place.
+    written: u32,
+}
+
+impl Encoder {
     /// Writes a node of a treelet, if there is one at `at`, repairs what is below, and tells the node
     /// above.
     fn write<B: Bus, P: Probe>(

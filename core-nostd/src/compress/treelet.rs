@@ -43,7 +43,8 @@ impl HeldNode {
 const TREELET: usize = 1 << MAX_TREELET_DEPTH;
 
 /// A treelet and the context of each of its nodes. The children of the node in place `s`, counted from
-/// 1, are in `2s` and `2s + 1`.
+/// 1, are in `2s` and `2s + 1`. A place without a context has no node, whatever is in it.
+#[derive(Debug)]
 pub(super) struct Treelet {
     pub nodes: [HeldNode; TREELET],
     pub contexts: [Option<Placement>; TREELET],
@@ -51,6 +52,12 @@ pub(super) struct Treelet {
 
 impl Treelet {
     pub const EMPTY: Self = Self { nodes: [HeldNode::EMPTY; TREELET], contexts: [None; TREELET] };
+
+    /// Makes room for another one. Its nodes are found from the root down, so nothing else is cleared:
+    /// on a soft core that took longer than to encode them.
+    pub fn clear(&mut self) {
+        self.contexts = [None; TREELET];
+    }
 
     /// Puts a held treelet under the root, as its child number `side`.
     pub fn add(&mut self, side: usize, slots: &[HeldNode]) {
