@@ -10,7 +10,7 @@
 //! - One module a unit says what it is fed and compares every output of every cycle: [`heap`],
 //!   [`mergesort`], [`emitter`], [`emit`], [`compress`], [`context`], [`traverser`], [`cfu`].
 //! - [`table`] collects the cycles of both sides.
-//! - [`top`] is the whole accelerator, for `xylem-driver`.
+//! - [`top`] is the whole accelerator, for `xylem-driver`; [`jobs`] is what that gives it.
 //!
 //! The RTL is data to this crate, not part of its build: `cargo build` needs no Verilator.
 
@@ -24,6 +24,7 @@ pub mod context;
 pub mod emit;
 pub mod emitter;
 pub mod heap;
+pub mod jobs;
 pub mod mergesort;
 pub mod random;
 pub mod rtl;

@@ -21,7 +21,7 @@ pub fn write(name: &str, rows: &[String]) -> io::Result<()> {
     files.sort();
     let texts = files.iter().map(fs::read_to_string).collect::<io::Result<Vec<_>>>()?;
     // Tests may do this at the same time; each has its section in place by now.
-    let whole = sections.with_file_name(format!("cosim-{}.md", std::process::id()));
+    let whole = sections.with_file_name(format!("cosim-{}-{name}.md", std::process::id()));
     fs::write(&whole, texts.join("\n"))?;
     fs::rename(whole, sections.with_file_name("cosim.md"))
 }

@@ -1,25 +1,30 @@
 //! Whole jobs on the clock: from the command that starts one to its report, the accelerator in gates takes
 //! the cycles of its model when both see the same memory, and leaves the core's bytes.
 
-use std::path::Path;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
+use xylem::bus::FlatMemory;
 use xylem::dram;
-use xylem::machine::config::MachineConfig;
 use xylem::machine::job;
 use xylem::machine::port::{DramPort, IdealPort, Port};
+use xylem::machine::traverser::TraverserJob;
 use xylem::run::{self, Layout};
 use xylem::scene::{self, LoadOptions};
 use xylem_core::geom::Triangle;
-use xylem_core::node::{Bvh2Node, LeafEntry};
+use xylem_core::node::{Coordinates, LeafEntry, Tree};
 use xylem_core::pipeline::{self, BuildConfig};
-use xylem_core::sort::{InputFormat, RecordFormat, SortConfig};
+use xylem_core::sort::InputFormat;
+use xylem_core::traverse::Query;
+use xylem_cosim::jobs::{COUNTS, build_job, real_scenes, soup, trace_job};
 use xylem_cosim::random::Random;
 use xylem_cosim::top::{Shared, Top, TopConfig};
+use xylem_cosim::traverser::scenes::{FORMATS, Set, damaged, expected};
 use xylem_cosim::{table, tools_for};
-use xylem_driver::{BuildJob, Micros};
+use xylem_driver::{Micros, WaitError};
 
 /// Memory at the other end of the port, once for the gates and once for the model.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Memory {
     /// Takes everything and answers after so many cycles.
     Ideal(u32),
@@ -28,6 +33,8 @@ enum Memory {
 }
 
 impl Memory {
+    const ALL: [Self; 3] = [Self::Ideal(1), Self::Ideal(20), Self::Dram];
+
     /// Its port, `cycles` after its reset: banks are refreshed from then on.
     fn port(self, cycles: u64) -> Box<dyn Port> {
         let mut port: Box<dyn Port> = match self {
@@ -39,186 +46,282 @@ impl Memory {
     }
 }
 
-/// An accelerator, its memory, and what it is given.
+/// An accelerator in gates, and its memory.
 #[derive(Clone, Copy, Debug)]
-struct Setup {
+struct Setup<'a> {
     config: TopConfig,
+    library: &'a Path,
     memory: Memory,
-    input: InputFormat,
 }
 
-/// What a build came to.
-#[derive(Clone, Copy, Debug)]
-struct Cycles {
-    model: u64,
-    rtl: u64,
-}
+impl Setup<'_> {
+    /// The accelerator after its reset, with `bytes` in its memory.
+    fn top(&self, bytes: &[u8]) -> Shared<Box<dyn Port>> {
+        let top = Top::load(self.library, self.memory.port(0), bytes.to_vec(), 0, 6);
+        let top = Shared::new(top.unwrap_or_else(|error| panic!("{error}")));
+        // The merge clears its slots; a job would wait for that.
+        top.with(|top| (0..1000).for_each(|_| top.tick()));
+        top
+    }
 
-impl Cycles {
-    fn delta_percent(&self) -> f64 {
-        100.0 * (self.rtl as f64 - self.model as f64) / self.model as f64
+    /// The memory that a model sees whose job was started in the gates' cycle `started`.
+    fn memory_from(&self, started: u64) -> Box<dyn Port> {
+        // The command is seen in the last cycle of its access; the unit begins a cycle after it has the job.
+        self.memory.port(started + job::CHECK_CYCLES + 1)
     }
 }
 
-/// Builds a scene in gates, on the model and in the core; all bytes must be the core's.
-fn build(what: &str, triangles: &[Triangle], setup: Setup, library: &Path) -> Cycles {
-    let machine = setup.machine();
-    let build: BuildConfig = machine.build;
+/// A build: what is made of triangles.
+#[derive(Clone, Copy, Debug)]
+struct Build {
+    input: InputFormat,
+    compressed: Option<Coordinates>,
+}
+
+impl Build {
+    const BOXES: Self = Self { input: InputFormat::Box32, compressed: None };
+    const TRIANGLES: Self = Self { input: InputFormat::Triangle40, compressed: None };
+    const RELATIVE: Self = Self { compressed: Some(Coordinates::Relative), ..Self::BOXES };
+    const MODULO: Self = Self { compressed: Some(Coordinates::Modulo), ..Self::TRIANGLES };
+
+    fn name(&self) -> String {
+        let nodes = match self.compressed {
+            None => "bvh2",
+            Some(Coordinates::Relative) => "relative",
+            Some(Coordinates::Modulo) => "modulo",
+        };
+        format!("{:?} to {nodes}", self.input)
+    }
+
+    fn config(&self, top: &TopConfig) -> BuildConfig {
+        let compression = self.compressed.map(|coordinates| top.compression(coordinates));
+        BuildConfig { input: self.input, compression, ..top.build_config() }
+    }
+}
+
+/// Builds a scene in gates, on the model and in the core; all bytes must be the core's. Gives the model's
+/// cycles and the gates'.
+fn build(what: &str, triangles: &[Triangle], build: Build, setup: Setup<'_>) -> (u64, u64) {
+    let config = build.config(&setup.config);
     let count = triangles.len() as u32;
-    let (mut core, layout) = run::load(triangles, &build).unwrap();
+    let (mut core, layout) = run::load(triangles, &config).unwrap();
     let before = core.clone();
-    let mut buffers = run::Buffers::new(&build);
+    let mut buffers = run::Buffers::new(&config);
     let (mut work, mut storage) = buffers.parts();
     let (work, storage) = (&mut work, &mut storage);
     let tree =
-        pipeline::build_with(&mut core, &build, &layout.build, count, work, storage, &mut ())
+        pipeline::build_with(&mut core, &config, &layout.build, count, work, storage, &mut ())
             .unwrap();
-    let nodes = bytes_of(&layout, tree.node_count, count);
+    let places = bytes_of(&layout, &tree, count);
+    let check = |side: &str, bytes: &[u8], built: &Tree| {
+        for place in &places {
+            assert!(bytes[place.clone()] == core.bytes()[place.clone()], "{what}: {side}");
+        }
+        let counts = |tree: &Tree| (tree.node_count, tree.leaf_count, tree.entry_count);
+        assert_eq!(counts(built), counts(&tree), "{what}: {side}");
+        assert_eq!(built.root, tree.root, "{what}: {side}");
+    };
 
-    let top = Top::load(library, setup.memory.port(0), before.bytes().to_vec(), 0, 6);
-    let top = Shared::new(top.unwrap_or_else(|error| panic!("{error}")));
-    // After a reset the merge clears its slots; a job would wait for that.
-    top.with(|top| (0..1000).for_each(|_| top.tick()));
+    let top = setup.top(before.bytes());
     let mut driver = top.driver().unwrap();
     let cycles = driver.counters().unwrap().cycles;
-    driver.start_build(&order(&layout, count, &build)).unwrap();
+    let job = build_job(&layout, count, &config);
+    driver.start_build(&job).unwrap();
     let started = top.with(|top| top.cycles);
     let waited = driver.wait(Micros(100_000));
     waited.unwrap_or_else(|e| panic!("{what}: {e:?}, {:?}", top.with(|top| top.failure.clone())));
-    top.with(|top| {
-        for place in &nodes {
-            assert!(top.memory.bytes[place.clone()] == core.bytes()[place.clone()], "{what}: RTL");
-        }
-    });
+    let built = driver.built_tree(&job).unwrap();
+    top.with(|top| check("RTL", &top.memory.bytes, &built));
 
-    let mut modelled = before.clone();
-    // The command is seen in the last cycle of its access; the builder begins a cycle after it has the job.
-    let memory = setup.memory.port(started + job::CHECK_CYCLES + 1);
+    let mut modelled = before;
+    let machine = setup.config.machine(config);
+    let memory = setup.memory_from(started);
     let run = job::build(&machine, &mut modelled, &layout.build, count, memory);
-    run.built.as_ref().unwrap_or_else(|error| panic!("{what}: {error}"));
-    for place in &nodes {
-        assert!(modelled.bytes()[place.clone()] == core.bytes()[place.clone()], "{what}: model");
-    }
-    Cycles { model: run.cycles, rtl: driver.counters().unwrap().cycles - cycles }
+    run.drained.unwrap_or_else(|error| panic!("{what}: {error}"));
+    let built = run.unit.unwrap_or_else(|error| panic!("{what}: {error}"));
+    check("model", modelled.bytes(), &built.tree);
+    (run.cycles, driver.counters().unwrap().cycles - cycles)
 }
 
 /// Where a build's nodes and leaf table are.
-fn bytes_of(layout: &Layout, nodes: u32, entries: u32) -> [std::ops::Range<usize>; 2] {
-    let part = |base: u32, bytes: usize| base as usize..base as usize + bytes;
+fn bytes_of(layout: &Layout, tree: &Tree, entries: u32) -> [Range<usize>; 2] {
+    let part = |base: u32, bytes: u32| base as usize..(base + bytes) as usize;
     [
-        part(layout.build.nodes.base.0, nodes as usize * Bvh2Node::BYTES),
-        part(layout.build.leaf_table.base.0, entries as usize * LeafEntry::BYTES),
+        part(layout.build.nodes.base.0, tree.node_count * tree.format.bytes()),
+        part(layout.build.leaf_table.base.0, entries * LeafEntry::BYTES as u32),
     ]
 }
 
-impl Setup {
-    /// The model's builder.
-    fn machine(&self) -> MachineConfig {
-        let TopConfig { capacity, burst, sorters, fifo, read_ahead, .. } = self.config;
-        let sort = SortConfig { capacity, burst, ..SortConfig::default() };
-        let (input, write_burst) = (self.input, TopConfig::WRITE_BURST);
-        let build = BuildConfig { sort, input, write_burst, ..BuildConfig::default() };
-        MachineConfig { sorters, fifo, read_ahead, ..MachineConfig::p2(build) }
-    }
-}
+/// Traces in gates, on the model and in the core; all records must be the core's. Gives the model's cycles and
+/// the gates', and whether the job ended well, which it must on both.
+fn trace(
+    what: &str,
+    (memory, job): (FlatMemory, TraverserJob),
+    setup: Setup<'_>,
+) -> (u64, u64, bool) {
+    let (records, error) = expected(&memory, &job);
+    let place = job.hits.0 as usize..job.hits.0 as usize + records.len();
 
-fn order(layout: &Layout, count: u32, build: &BuildConfig) -> BuildJob {
-    let mut regions = layout.build;
-    // Places are 4 KiB apart, so there is room for the rest of the last line.
-    for region in [
-        &mut regions.primitives,
-        &mut regions.runs_a,
-        &mut regions.runs_b,
-        &mut regions.nodes,
-        &mut regions.leaf_table,
-    ] {
-        region.size = region.size.next_multiple_of(64);
-    }
-    BuildJob {
-        regions,
-        count,
-        input: build.input,
-        record: RecordFormat::Box32,
-        morton: build.morton,
-        max_leaf_size: build.max_leaf_size,
-        compressed: None,
-    }
-}
-
-/// Small triangles anywhere.
-fn soup(count: u32, seed: u64) -> Vec<Triangle> {
-    let mut random = Random::new(seed);
-    let mut any = |spread: u64| random.below(2 * spread) as i32 - spread as i32;
-    let triangle = |id| {
-        let anchor = [(); 3].map(|()| any((1 << 23) - (1 << 13)));
-        let vertices = [(); 3].map(|()| anchor.map(|c| c + any(1 << 12)).into());
-        Triangle { vertices, id }
+    let top = setup.top(memory.bytes());
+    let mut driver = top.driver().unwrap();
+    let cycles = driver.counters().unwrap().cycles;
+    driver.start_trace(&trace_job(&job)).unwrap();
+    let started = top.with(|top| top.cycles);
+    let rtl = match driver.wait(Micros(100_000)) {
+        Ok(_) => true,
+        Err(WaitError::Job(_)) => false,
+        Err(e) => panic!("{what}: {e:?}, {:?}", top.with(|top| top.failure.clone())),
     };
-    (0..count).map(triangle).collect()
+    top.with(|top| assert!(top.memory.bytes[place.clone()] == records, "{what}: RTL"));
+
+    let mut modelled = memory;
+    let (unit, time_out) = (setup.config.traverser(), setup.config.time_out.into());
+    let port = setup.memory_from(started);
+    let run = job::trace(unit, &mut modelled, job, port, |_, _| true, time_out);
+    run.drained.unwrap_or_else(|error| panic!("{what}: {error}"));
+    assert!(modelled.bytes()[place] == records, "{what}: model");
+    let well = error.is_none();
+    assert_eq!([rtl, run.unit.1.is_ok()], [well; 2], "{what}: the core says {error:?}");
+    (run.cycles, driver.counters().unwrap().cycles - cycles, well)
 }
 
-/// With what a scene of so many primitives is built: small ones with everything, large ones take their time.
-fn setups(config: TopConfig, count: usize) -> Vec<Setup> {
-    if count > 5000 {
-        let small = config == TopConfig::SMALL;
-        let input = if small { InputFormat::Box32 } else { InputFormat::Triangle40 };
-        return vec![Setup { config, memory: Memory::Dram, input }];
+/// The rows of a table, and the most by which cycles differ.
+struct Rows {
+    rows: Vec<String>,
+    worst_percent: f64,
+}
+
+impl Rows {
+    fn new(first: &str) -> Self {
+        let columns = "bytes equal | model cycles | RTL cycles | delta | %";
+        let rows = vec![
+            format!("| {first} | job | configuration | memory | {columns} |"),
+            "|---|---|---|---|---|---:|---:|---:|---:|".to_owned(),
+        ];
+        Self { rows, worst_percent: 0.0 }
     }
-    let memories = [Memory::Ideal(1), Memory::Ideal(20), Memory::Dram];
-    let inputs = [InputFormat::Box32, InputFormat::Triangle40];
-    let setups = memories.map(|memory| inputs.map(|input| Setup { config, memory, input }));
-    setups.concat()
+
+    /// Adds what a job took whose bytes were equal.
+    fn add(&mut self, first: &str, job: &str, setup: &Setup<'_>, [model, rtl]: [u64; 2]) {
+        let Setup { config: TopConfig { name, .. }, memory, .. } = setup;
+        let delta = rtl as i64 - model as i64;
+        let percent = 100.0 * delta as f64 / model as f64;
+        self.worst_percent = self.worst_percent.max(percent.abs());
+        self.rows.push(format!(
+            "| {first} | {job} | {name} | {memory:?} | yes | {model} | {rtl} | {delta} | {percent:.2} |",
+        ));
+    }
+
+    /// Makes them a section of the table.
+    ///
+    /// # Panics
+    /// If a job's cycles differ by more than is allowed.
+    fn end(self, section: &str) {
+        table::write(section, &self.rows).unwrap();
+        let worst = self.worst_percent;
+        assert!(worst <= LIMIT_PERCENT, "a delta of {worst:.2} %");
+    }
 }
 
 /// The most by which cycles may differ.
 const LIMIT_PERCENT: f64 = 0.5;
 
+/// Both configurations that do every job.
+fn libraries() -> [(TopConfig, PathBuf); 2] {
+    [TopConfig::SMALL, TopConfig::PAPER]
+        .map(|config| (config, config.build(None).unwrap_or_else(|error| panic!("{error}"))))
+}
+
 #[test]
-fn jobs_in_gates_take_the_model_s_cycles_from_start_to_report() {
-    let test = "jobs_in_gates_take_the_model_s_cycles_from_start_to_report";
+fn builds_in_gates_take_the_model_s_cycles_from_start_to_report() {
+    let test = "builds_in_gates_take_the_model_s_cycles_from_start_to_report";
     if !tools_for(test) {
         return;
     }
-    let mut scenes: Vec<(String, Vec<Triangle>)> =
-        // One, a line and a half, a piece, a run, a pass, two passes; and one more or less.
-        [1, 2, 3, 7, 8, 9, 127, 128, 129, 300, 2047, 2048, 2049]
-            .map(|count| (format!("soup of {count}"), soup(count, count.into())))
-            .into();
-    let mut names = vec!["sphereflake:2", "cloth:64"];
-    if std::env::var_os("XYLEM_SCENES").is_some() {
-        names.push("bunny");
-    } else {
-        println!("skipped: {test}: the bunny, as XYLEM_SCENES names no folder");
+    // Small scenes with everything; large ones take their time, on `small` and behind DRAM most of it.
+    let all = [Build::BOXES, Build::TRIANGLES, Build::RELATIVE, Build::MODULO];
+    let mut cases = Vec::new();
+    for count in COUNTS {
+        let triangles = soup(count, count.into());
+        cases.push((format!("soup of {count}"), triangles, &all[..], [&Memory::ALL[..]; 2]));
     }
-    for name in names {
-        let mesh = scene::load(name, &LoadOptions::default());
-        let mesh = mesh.unwrap_or_else(|error| panic!("{name}: {error}"));
-        scenes.push((name.to_owned(), mesh.triangles));
+    let few = [Build::BOXES, Build::MODULO];
+    for (name, triangles) in degenerate() {
+        cases.push((name, triangles, &few, [&[Memory::Ideal(20)]; 2]));
     }
-    let columns = "scene | primitives | input | configuration | memory | bytes equal | model cycles | RTL cycles | delta | %";
-    let mut rows =
-        vec![format!("| {columns} |"), "|---|---:|---|---|---|---|---:|---:|---:|---:|".to_owned()];
-    let mut worst: f64 = 0.0;
-    let libraries = [TopConfig::SMALL, TopConfig::PAPER]
-        .map(|config| (config, config.build(None).unwrap_or_else(|error| panic!("{error}"))));
-    for (name, triangles) in &scenes {
-        for (config, library) in &libraries {
-            for setup in setups(*config, triangles.len()) {
-                let cycles = build(&format!("{name}, {setup:?}"), triangles, setup, library);
-                let Cycles { model, rtl } = cycles;
-                let percent = cycles.delta_percent();
-                worst = worst.max(percent.abs());
-                let Setup { memory, input, .. } = setup;
-                rows.push(format!(
-                    "| {name} | {} | {input:?} | {} | {memory:?} | yes | {model} | {rtl} | {} | {percent:.2} |",
-                    triangles.len(),
-                    config.name,
-                    rtl as i64 - model as i64,
-                ));
-                println!("{}", rows[rows.len() - 1]);
+    let large = [Build::TRIANGLES, Build::MODULO];
+    for (name, mesh) in real_scenes(test) {
+        let memories = [&[Memory::Ideal(20)][..], &[Memory::Dram]];
+        cases.push((name.to_owned(), mesh.triangles, &large, memories));
+    }
+    let libraries = libraries();
+    let mut rows = Rows::new("scene");
+    for (name, triangles, builds, memories) in &cases {
+        for ((config, library), memories) in libraries.iter().zip(memories) {
+            for &with in *builds {
+                for &memory in *memories {
+                    let setup = Setup { config: *config, library, memory };
+                    let what = format!("{name}, {with:?}, {setup:?}");
+                    let (model, rtl) = build(&what, triangles, with, setup);
+                    let first = format!("{name} ({} primitives)", triangles.len());
+                    rows.add(&first, &with.name(), &setup, [model, rtl]);
+                }
             }
         }
     }
-    table::write("whole jobs", &rows).unwrap();
-    assert!(worst <= LIMIT_PERCENT, "a delta of {worst:.2} %");
+    rows.end("whole builds");
+}
+
+/// Every degenerate scene that reaches a builder: the loader takes it, and it is not empty.
+fn degenerate() -> Vec<(String, Vec<Triangle>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/degenerate");
+    let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path()).collect();
+    files.sort();
+    let mut scenes = Vec::new();
+    for path in files {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let mesh = scene::load(&path.to_string_lossy(), &LoadOptions::default());
+        let triangles = mesh.map(|mesh| mesh.triangles).unwrap_or_default();
+        if !triangles.is_empty() {
+            scenes.push((name, triangles));
+        }
+    }
+    assert!(scenes.len() >= 10, "only {} scenes can be built", scenes.len());
+    scenes
+}
+
+#[test]
+fn traces_in_gates_take_the_model_s_cycles_from_start_to_report() {
+    if !tools_for("traces_in_gates_take_the_model_s_cycles_from_start_to_report") {
+        return;
+    }
+    let sets = [("degenerate/one_triangle", 1), ("cornell_box", 3), ("sphereflake:2", 2)]
+        .map(|(name, count)| Set::new(name, count, 1));
+    let mut random = Random::new(5);
+    let (mut rows, mut badly) = (Rows::new("scene"), 0);
+    for (config, library) in &libraries() {
+        for set in &sets {
+            for (format_name, format) in FORMATS {
+                for query in [Query::Closest, Query::Any] {
+                    let scene = set.job(format, query);
+                    let (damaged, damaged_job) = damaged(scene.0.clone(), scene.1, &mut random);
+                    for memory in Memory::ALL {
+                        let setup = Setup { config: *config, library, memory };
+                        let what = format!("{}, {format_name}, {query:?}, {setup:?}", set.name);
+                        let (model, rtl, _) = trace(&what, scene.clone(), setup);
+                        let first = format!("{} ({} rays)", set.name, set.rays.len());
+                        let job = format!("{query:?} in {format_name}");
+                        rows.add(&first, &job, &setup, [model, rtl]);
+                    }
+                    let setup = Setup { config: *config, library, memory: Memory::Dram };
+                    let what = format!("{}, damaged, {format_name}", set.name);
+                    let (model, rtl, well) = trace(&what, (damaged, damaged_job), setup);
+                    rows.add(&format!("{}, damaged", set.name), format_name, &setup, [model, rtl]);
+                    badly += u32::from(!well);
+                }
+            }
+        }
+    }
+    rows.end("whole traces");
+    assert!(badly > 0, "no job ended with an error");
 }

@@ -1,19 +1,15 @@
 //! The whole builder in gates: the driver's jobs end in the core's bytes, and whatever goes wrong ends in
 //! a documented status, after which the next job runs clean.
 
-use std::path::Path;
-
 use xylem::machine::port::{IdealPort, Port};
 use xylem::run::{self, Layout};
-use xylem::scene::{self, LoadOptions};
-use xylem_core::compress::Compression;
 use xylem_core::geom::Triangle;
 use xylem_core::mem::Region;
-use xylem_core::node::{Coordinates, LeafEntry, Quantization, Tree};
+use xylem_core::node::{Coordinates, LeafEntry, Tree};
 use xylem_core::num::MortonWidth;
 use xylem_core::pipeline::{self, BuildConfig};
-use xylem_core::sort::{InputFormat, RecordFormat, SortConfig};
 use xylem_cosim::axi::Fault;
+use xylem_cosim::jobs::{COUNTS, build_job, soup};
 use xylem_cosim::random::Random;
 use xylem_cosim::tools_for;
 use xylem_cosim::top::{Shared, Top, TopConfig};
@@ -35,13 +31,7 @@ struct Case {
 
 impl Case {
     fn new(triangles: &[Triangle], top: &TopConfig, change: impl Fn(&mut BuildConfig)) -> Self {
-        let sort = SortConfig { capacity: top.capacity, burst: top.burst, ..SortConfig::PAPER };
-        let mut config = BuildConfig {
-            sort,
-            input: InputFormat::Box32,
-            write_burst: TopConfig::WRITE_BURST,
-            ..BuildConfig::default()
-        };
+        let mut config = top.build_config();
         change(&mut config);
         let count = triangles.len() as u32;
         let (mut memory, layout) = run::load(triangles, &config).unwrap();
@@ -63,30 +53,7 @@ impl Case {
     }
 
     fn job(&self) -> BuildJob {
-        let mut regions = self.layout.build;
-        // Places are 4 KiB apart, so there is room for the rest of the last line.
-        for region in [
-            &mut regions.primitives,
-            &mut regions.runs_a,
-            &mut regions.runs_b,
-            &mut regions.nodes,
-            &mut regions.leaf_table,
-        ] {
-            region.size = region.size.next_multiple_of(64);
-        }
-        BuildJob {
-            regions,
-            count: self.count,
-            input: InputFormat::Box32,
-            record: RecordFormat::Box32,
-            morton: self.config.morton,
-            max_leaf_size: self.config.max_leaf_size,
-            compressed: self.config.compression.map(|compression| xylem_driver::Compression {
-                target: regions.nodes,
-                coordinates: compression.quantization.coordinates,
-                treelet_depth: compression.treelet_depth,
-            }),
-        }
+        build_job(&self.layout, self.count, &self.config)
     }
 
     /// Runs the job to its end and compares every byte that a build leaves; gives the cycles it was busy.
@@ -131,19 +98,6 @@ fn load(config: &TopConfig, stall: u64, latency: u32, seed: u64) -> Shared<Ideal
     Shared::new(Top::load(&library, port, Vec::new(), stall, seed).unwrap())
 }
 
-/// Triangles here and there, every third near the middle.
-fn soup(count: u32, seed: u64) -> Vec<Triangle> {
-    let mut random = Random::new(seed);
-    let mut any = |spread: u64| random.below(2 * spread) as i32 - spread as i32;
-    let triangle = |id| {
-        let spread = if id % 3 == 0 { 1 << 12 } else { (1 << 23) - (1 << 13) };
-        let anchor = [any(spread), any(spread), any(spread)];
-        let vertices = [(); 3].map(|()| anchor.map(|c| c + any(1 << 12)).into());
-        Triangle { vertices, id }
-    };
-    (0..count).map(triangle).collect()
-}
-
 #[test]
 fn every_size_of_scene_gives_the_core_s_bytes() {
     if !tools_for("every_size_of_scene_gives_the_core_s_bytes") {
@@ -152,8 +106,7 @@ fn every_size_of_scene_gives_the_core_s_bytes() {
     let config = TopConfig::SMALL;
     for (seed, stall, latency) in [(1, 0, 1), (2, 4, 9), (3, 0, 60)] {
         let top = load(&config, stall, latency, seed);
-        // One, a line and a half, a piece, a run, a pass, two passes; and one more or less.
-        for count in [1, 2, 3, 7, 8, 9, 127, 128, 129, 300, 2047, 2048, 2049] {
+        for count in COUNTS {
             let case = Case::new(&soup(count, seed), &config, |_| ());
             case.check(&format!("{count} primitives, seed {seed}"), &top);
         }
@@ -184,12 +137,8 @@ fn leaves_and_codes_of_every_kind_give_the_core_s_bytes() {
 
 /// A change that compresses nodes as `top` does, in `coordinates`.
 fn compressed(top: &TopConfig, coordinates: Coordinates) -> impl Fn(&mut BuildConfig) {
-    let treelet_depth = top.depth as u8;
-    move |config| {
-        let quantization = Quantization { coordinates, ..Quantization::MODULO };
-        let compression = Compression { quantization, treelet_depth, ..Compression::DEFAULT };
-        config.compression = Some(compression);
-    }
+    let compression = top.compression(coordinates);
+    move |config| config.compression = Some(compression)
 }
 
 #[test]
@@ -213,64 +162,6 @@ fn trees_compressed_as_they_are_built_have_the_core_s_bytes() {
                 Case::new(&soup(count, 21), &config, |_| ()).check("plain", &top);
             }
             assert!(backtracks > 0, "nothing was repaired");
-        }
-    }
-}
-
-#[test]
-fn degenerate_scenes_give_the_core_s_bytes() {
-    if !tools_for("degenerate_scenes_give_the_core_s_bytes") {
-        return;
-    }
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/degenerate");
-    let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path()).collect();
-    files.sort();
-    let config = TopConfig::SMALL;
-    let top = load(&config, 0, 3, 5);
-    let mut built = 0;
-    for path in files {
-        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        let mesh = scene::load(&path.to_string_lossy(), &LoadOptions::default());
-        // What the loader refuses and what is empty never reaches a builder.
-        let Ok(mesh) = mesh else { continue };
-        if mesh.triangles.is_empty() {
-            continue;
-        }
-        Case::new(&mesh.triangles, &config, |_| ()).check(&name, &top);
-        let compress = compressed(&config, Coordinates::Modulo);
-        Case::new(&mesh.triangles, &config, compress).check(&name, &top);
-        built += 1;
-    }
-    assert!(built >= 10, "only {built} scenes were built");
-}
-
-/// Scenes of the size that people use, on the configurations of the papers.
-#[test]
-fn real_scenes_give_the_core_s_bytes() {
-    let test = "real_scenes_give_the_core_s_bytes";
-    if !tools_for(test) {
-        return;
-    }
-    let mut scenes = vec!["sphereflake:2", "cloth:64"];
-    if std::env::var_os("XYLEM_SCENES").is_some() {
-        scenes.push("bunny");
-    } else {
-        println!("skipped: {test}: the bunny, as XYLEM_SCENES names no folder");
-    }
-    for name in scenes {
-        let mesh = scene::load(name, &LoadOptions::default());
-        let mesh = mesh.unwrap_or_else(|error| panic!("{name}: {error}"));
-        for config in [TopConfig::SMALL, TopConfig::PAPER] {
-            let top = load(&config, 0, 20, 6);
-            let start = std::time::Instant::now();
-            let case = Case::new(&mesh.triangles, &config, |_| ());
-            let cycles = case.check(&format!("{name}, {}", config.name), &top);
-            let rate = cycles as f64 / start.elapsed().as_secs_f64() / 1e3;
-            println!("top: {name}, {}: bytes equal, {cycles} cycles, {rate:.0} k/s", config.name);
-            let change = compressed(&config, Coordinates::Modulo);
-            let case = Case::new(&mesh.triangles, &config, change);
-            let cycles = case.check(&format!("{name}, {}", config.name), &top);
-            println!("top: {name}, {}, compressed: bytes equal, {cycles} cycles", config.name);
         }
     }
 }

@@ -34,6 +34,8 @@ pub struct AxiPort<P> {
     unanswered: VecDeque<u32>,
     /// Whether memory gives the response to the first of them in this cycle.
     responds: bool,
+    /// Cycles in a row in which something was under way and nothing moved.
+    waited: u64,
     cycles: u64,
     lines_read: u64,
 }
@@ -81,6 +83,7 @@ impl<P: Port> AxiPort<P> {
             answers: VecDeque::new(),
             unanswered: VecDeque::new(),
             responds: false,
+            waited: 0,
             cycles: 0,
             lines_read: 0,
         }
@@ -89,6 +92,17 @@ impl<P: Port> AxiPort<P> {
     /// Whether nothing is under way in either direction.
     pub fn is_idle(&self) -> bool {
         self.unanswered.is_empty() && self.rows.iter().all(Option::is_none)
+    }
+
+    /// A line that is under way: of those that are read, if there is one.
+    pub fn waits_for(&self) -> Option<u32> {
+        let read = self.rows.iter().flatten().next().map(|access| access.addr);
+        read.or_else(|| self.unanswered.front().copied())
+    }
+
+    /// Counts what [`Port::waited`] tells from 0 on, as the control does where its state changes.
+    pub fn forget_time(&mut self) {
+        self.waited = 0;
     }
 
     /// Cycles that it has run.
@@ -138,6 +152,10 @@ impl<P: Port> Port for AxiPort<P> {
     }
 
     fn tick(&mut self) {
+        let taken = self.read.next.is_some() || self.write.next.is_some();
+        let sent = self.read.taken || self.write.taken;
+        let moved = taken || sent || self.leaving.is_some() || self.responds;
+        self.waited = if moved || self.is_idle() { 0 } else { self.waited + 1 };
         if let Some(row) = self.leaving.take() {
             self.rows[row] = None;
         }
@@ -160,6 +178,10 @@ impl<P: Port> Port for AxiPort<P> {
 
     fn is_quiet(&self) -> bool {
         self.unanswered.is_empty()
+    }
+
+    fn waited(&self) -> Option<u64> {
+        Some(self.waited)
     }
 
     fn peak_bytes_per_cycle(&self) -> Option<f64> {
@@ -212,6 +234,23 @@ mod tests {
         // A row is free again 42 cycles after it was given out: out, there and back, freed.
         let expected: Vec<u32> = (0..100).filter(|cycle| cycle % 42 < 16).collect();
         assert_eq!(taken, expected);
+    }
+
+    #[test]
+    fn time_is_counted_while_memory_owes_something_and_nothing_moves() {
+        let mut port = AxiPort::new(IdealPort::new(5));
+        let mut waited = |offered: Option<Access>| {
+            let waited = port.waited();
+            assert!(offered.is_none_or(|access| port.offer(access)));
+            port.take();
+            port.tick();
+            waited.unwrap()
+        };
+        assert!((0..9).all(|_| waited(None) == 0), "nothing is under way");
+        // Out in a cycle, taken in the next, there in five more.
+        assert_eq!(waited(Some(read(64))), 0);
+        let times: Vec<u64> = (0..9).map(|_| waited(None)).collect();
+        assert_eq!(times, [0, 0, 1, 2, 3, 4, 0, 0, 0]);
     }
 
     #[test]

@@ -53,6 +53,10 @@ pub trait Port {
     fn is_quiet(&self) -> bool {
         true
     }
+    /// The cycles up to this one in which something was under way and nothing moved, where the port counts them.
+    fn waited(&self) -> Option<u64> {
+        None
+    }
     /// The most bytes that the memory moves in a machine cycle, or `None` without a bound.
     fn peak_bytes_per_cycle(&self) -> Option<f64>;
     /// The device behind the port, where there is one to ask for its statistics.
@@ -76,6 +80,10 @@ impl<P: Port + ?Sized> Port for Box<P> {
 
     fn is_quiet(&self) -> bool {
         (**self).is_quiet()
+    }
+
+    fn waited(&self) -> Option<u64> {
+        (**self).waited()
     }
 
     fn peak_bytes_per_cycle(&self) -> Option<f64> {

@@ -41,6 +41,8 @@ pub struct AcceleratorConfig {
     pub fifo: u32,
     /// Lines of input that are read ahead.
     pub read_ahead: u32,
+    /// Cycles without movement after which memory is given up.
+    pub time_out: u64,
     /// Bits of the longest Morton code.
     pub code_bits: u32,
     /// Depth of the compressor's treelets; 0 without compressor.
@@ -58,6 +60,7 @@ impl AcceleratorConfig {
         sorters: 2,
         fifo: 4,
         read_ahead: 8,
+        time_out: 2000,
         code_bits: 63,
         treelet_depth: 1,
         traverser: Some(TraverserConfig::SMALL),
@@ -71,6 +74,7 @@ impl AcceleratorConfig {
         sorters: 8,
         fifo: 16,
         read_ahead: 32,
+        time_out: 1 << 20,
         code_bits: 63,
         treelet_depth: 2,
         traverser: Some(TraverserConfig::LARGE),
@@ -84,6 +88,7 @@ impl AcceleratorConfig {
         sorters: 4,
         fifo: 8,
         read_ahead: 16,
+        time_out: 1 << 20,
         code_bits: 63,
         treelet_depth: 0,
         traverser: None,
@@ -124,6 +129,7 @@ impl AcceleratorConfig {
             sorters: self.sorters,
             fifo: self.fifo,
             read_ahead: self.read_ahead,
+            time_out: self.time_out,
             ..MachineConfig::p2(build)
         }
     }

@@ -62,7 +62,10 @@ impl<P: Port> Machine<'_, P> {
         self.port.tick();
         self.activity.tick();
         self.now += 1;
-        if self.now - self.moved_at > self.config.time_out {
+        let limit = self.config.time_out;
+        let moved_at = self.moved_at;
+        // A port that keeps the time itself says so in the cycle that is the last.
+        if self.port.waited().map_or(self.now - moved_at > limit, |waited| waited >= limit) {
             let waiting = self.lines.outstanding.front().copied().or_else(|| self.wanted());
             let addr = ByteAddr(waiting.map_or(0, |access| access.addr));
             let (stage, error) = (self.stage, PortError::TimeOut);

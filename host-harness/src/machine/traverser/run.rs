@@ -66,7 +66,7 @@ pub fn run(
 
 /// Runs `job` to its end like [`run`]. Lines that `may` refuses, told what they are read for
 /// or `None` for those of hits, are not touched and end it, as do memory's errors and `time_out` cycles in
-/// which memory owes something and nothing moves.
+/// which memory owes something and nothing moves; they are the port's, where it counts them.
 ///
 /// Gives what was done in any case, and why it ended early if it did.
 pub fn run_within(
@@ -110,7 +110,8 @@ pub fn run_within(
         }
         let owed = asked.or(read).or(write.map(|line| line.addr));
         still = if read_ready || write_ready || response { 0 } else { still + 1 };
-        if let Some(addr) = owed.filter(|_| still > time_out) {
+        let late = port.waited().map_or(still > time_out, |waited| waited >= time_out);
+        if let (Some(addr), true, true) = (owed, late, result.is_ok()) {
             result = Err(Stop::Port { error: PortError::TimeOut, addr });
         } else if owed.is_none() {
             still = 0;

@@ -11,7 +11,7 @@ use xylem_core::sort::InputFormat;
 use xylem_regs::{self as regs, ErrorCode, JobKind, RegionId, Stage};
 
 use super::memory::MemoryPort;
-use super::{COUNTERS, Failure, JobRun, Parameters, Results, Site};
+use super::{COUNTERS, Failure, JobRun, Parameters, Results, Site, bus_code};
 use crate::machine::config::MachineConfig;
 use crate::machine::job;
 use crate::machine::mergetree::{MachineError, MachineRun};
@@ -37,8 +37,10 @@ pub fn run(machine: &MachineConfig, with: &Parameters, site: Site<'_>) -> JobRun
     let cycles = job.cycles;
     (counts[0], counts[1]) = (cycles, job.lines_read * u64::from(LINE_BYTES));
     let mut stages = vec![(0, Stage::Sort)];
-    let outcome = match job.built {
-        Ok(run) => {
+    let outcome = match (job.unit, job.drained) {
+        (Err(error), _) => Err(with.failure(error)),
+        (Ok(_), Err(lost)) => Err(with.lost(lost)),
+        (Ok(run), Ok(())) => {
             let replaces = heap_replaces(machine, with.primitives);
             let (nodes, leaves) = (run.tree.node_count.into(), run.tree.leaf_count.into());
             let wrote = run.traffic.total().write_bytes;
@@ -52,7 +54,6 @@ pub fn run(machine: &MachineConfig, with: &Parameters, site: Site<'_>) -> JobRun
             stages.extend(milestones(&run));
             Ok(with.results(&run))
         }
-        Err(error) => Err(with.failure(error)),
     };
     JobRun { cycles, stages, outcome, written, counts }
 }
@@ -181,18 +182,13 @@ impl Parameters {
                 Failure { code, stage: Stage::Sort, region: Some(id), addr }
             }
             BuildError::Bus { stage, addr, error } => {
-                let code = match error {
-                    PortError::Read => ErrorCode::BusRead,
-                    PortError::Write => ErrorCode::BusWrite,
-                    PortError::TimeOut => ErrorCode::BusTimeout,
-                };
                 let stage = match stage {
                     probe::Stage::PartialSort => Stage::Sort,
                     probe::Stage::Merge => Stage::Merge,
                     _ => Stage::Emit,
                 };
                 let addr = addr.0.wrapping_add(self.origin);
-                Failure { stage, addr, ..Failure::of(code) }
+                Failure { stage, addr, ..Failure::of(bus_code(error)) }
             }
             // A line that was read back for a repair is not one that was written.
             BuildError::CorruptNode { .. } => {

@@ -11,14 +11,11 @@ use xylem_regs::{ErrorCode, JobFormat, JobKind, JobLimits, REGION_ALIGN, RegionI
 use super::AcceleratorConfig;
 use crate::bus::FlatMemory;
 use crate::machine::fault::Fault;
-use crate::machine::port::LINE_BYTES;
+use crate::machine::job::Lost;
+use crate::machine::port::{LINE_BYTES, PortError};
 
 /// Event counters, in the order of the registers.
 pub const COUNTERS: usize = 10;
-
-/// Cycles that a job takes beside its unit's: one for each pair of regions that is compared before it, and
-/// two around it.
-const OVERHEAD: u64 = (RegionId::ALL.len() * (RegionId::ALL.len() - 1) / 2 + 2) as u64;
 
 /// What a job reads from its registers.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +52,21 @@ impl Parameters {
     /// A region as the registers say it.
     fn region(&self, id: RegionId) -> Region {
         self.regions[id as usize]
+    }
+
+    /// What the registers say of a line that was not written when its unit had ended.
+    fn lost(&self, Lost { error, addr }: Lost) -> Failure {
+        let addr = addr.wrapping_add(self.origin);
+        Failure { stage: Stage::Drain, addr, ..Failure::of(bus_code(error)) }
+    }
+}
+
+/// What the registers call what memory did.
+const fn bus_code(error: PortError) -> ErrorCode {
+    match error {
+        PortError::Read => ErrorCode::BusRead,
+        PortError::Write => ErrorCode::BusWrite,
+        PortError::TimeOut => ErrorCode::BusTimeout,
     }
 }
 
@@ -135,18 +147,14 @@ impl JobRun {
         begun.map_or(Stage::Idle, |(_, stage)| *stage)
     }
 
-    /// A job that ends before anything is touched.
-    fn refused(region: Option<RegionId>) -> Self {
+    /// A job whose check ends it after so many cycles, before anything is touched.
+    fn refused(checked: u64, region: Option<RegionId>) -> Self {
         let failure = Failure { region, ..Failure::of(ErrorCode::BadConfig) };
         let mut counts = [0; COUNTERS];
-        counts[0] = OVERHEAD;
-        Self {
-            cycles: OVERHEAD,
-            stages: Vec::new(),
-            outcome: Err(failure),
-            written: Vec::new(),
-            counts,
-        }
+        // And one in which memory is seen to be quiet.
+        let cycles = checked + 1;
+        counts[0] = cycles;
+        Self { cycles, stages: Vec::new(), outcome: Err(failure), written: Vec::new(), counts }
     }
 }
 
@@ -163,26 +171,30 @@ pub fn features(config: &AcceleratorConfig) -> u32 {
 pub fn run(config: &AcceleratorConfig, with: &Parameters, site: Site<'_>) -> JobRun {
     let (builder, tracer) = (build::machine(config, with), trace::unit(config, with));
     match (builder, tracer, first_bad_region(&with.regions)) {
-        (None, None, _) => JobRun::refused(None),
-        (_, _, Some(region)) => JobRun::refused(Some(region)),
+        (None, None, _) => JobRun::refused(1, None),
+        (_, _, Some((cycles, region))) => JobRun::refused(cycles, Some(region)),
         (Some(machine), ..) => build::run(&machine, with, site),
-        (None, Some(unit), None) => trace::run(unit, with, site),
+        (None, Some(unit), None) => trace::run(unit, config.time_out, with, site),
     }
 }
 
-/// A region that passes the end of the address space, or shares bytes with one before it.
-fn first_bad_region(regions: &[Region]) -> Option<RegionId> {
+/// The first of two regions, compared as the control does it, of which one passes the end of the address space
+/// or both share bytes; and how many comparisons it takes to find it.
+fn first_bad_region(regions: &[Region]) -> Option<(u64, RegionId)> {
     let end = |region: &Region| u64::from(region.base.0) + u64::from(region.size);
-    let used = || RegionId::ALL.into_iter().zip(regions).filter(|(_, region)| region.size > 0);
-    let past = used().find(|(_, region)| end(region) > 1 << 32);
-    let overlaps = |(id, region): &(RegionId, &Region)| {
-        used().any(|(other, before)| {
-            (other as u8) < *id as u8
-                && u64::from(before.base.0) < end(region)
-                && u64::from(region.base.0) < end(before)
-        })
+    let passes = |at: usize| end(&regions[at]) > 1 << 32;
+    let overlap = |at: usize, other: usize| {
+        let (one, two) = (&regions[at], &regions[other]);
+        let some = one.size > 0 && two.size > 0;
+        some && u64::from(one.base.0) < end(two) && u64::from(two.base.0) < end(one)
     };
-    past.or_else(|| used().find(overlaps)).map(|(id, _)| id)
+    let pairs = (0..regions.len()).flat_map(|at| (at + 1..regions.len()).map(move |to| (at, to)));
+    let mut bad = (1..).zip(pairs).filter_map(|(compared, (at, other))| {
+        let region = if passes(at) { at } else { other };
+        let refused = passes(at) || passes(other) || overlap(at, other);
+        refused.then(|| (compared, RegionId::ALL[region]))
+    });
+    bad.next()
 }
 
 /// A child as the root's two registers hold it: an index, and the size of a leaf or 0.

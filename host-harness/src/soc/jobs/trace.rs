@@ -8,17 +8,15 @@ use xylem_core::traverse::{Hit, Query, Scene};
 use xylem_regs::{self as regs, ErrorCode, JobKind, RegionId, Stage};
 
 use super::memory::MemoryPort;
-use super::{Failure, JobRun, OVERHEAD, Parameters, Results, Site};
-use crate::machine::port::{LINE_BYTES, Port, PortError, Response};
+use super::{Failure, JobRun, Parameters, Results, Site, bus_code};
+use crate::machine::job;
+use crate::machine::port::LINE_BYTES;
 use crate::machine::traverser::script::Records;
-use crate::machine::traverser::{Stop, TraverserConfig, TraverserError, TraverserJob, run_within};
+use crate::machine::traverser::{Stop, TraverserConfig, TraverserError, TraverserJob};
 use crate::soc::AcceleratorConfig;
 
 /// Counts are below this, so that no address needs more than 32 bits.
 const COUNT_LIMIT: u32 = 1 << 26;
-
-/// Cycles without movement after which memory is given up.
-const TIME_OUT: u64 = 1 << 20;
 
 /// The unit that does a trace of these parameters, or `None` if that is not what there is.
 pub fn unit(config: &AcceleratorConfig, with: &Parameters) -> Option<TraverserConfig> {
@@ -28,8 +26,8 @@ pub fn unit(config: &AcceleratorConfig, with: &Parameters) -> Option<TraverserCo
     config.traverser.filter(|_| fits)
 }
 
-/// Traces on a copy of memory.
-pub fn run(unit: TraverserConfig, with: &Parameters, site: Site<'_>) -> JobRun {
+/// Traces on a copy of memory, which is given up after `time_out` cycles.
+pub fn run(unit: TraverserConfig, time_out: u64, with: &Parameters, site: Site<'_>) -> JobRun {
     let of = |records| Some(with.region_of(records));
     let may = |records: Option<Records>, addr: u32| {
         let id = records.and_then(of).unwrap_or(RegionId::Hits);
@@ -37,24 +35,21 @@ pub fn run(unit: TraverserConfig, with: &Parameters, site: Site<'_>) -> JobRun {
         addr.wrapping_sub(base) < size
     };
     let mut copy = site.copy(with);
-    let mut port = MemoryPort::new(site);
-    let job = with.traverser_job();
-    let (run, mut result) = run_within(unit, &mut copy, job, &mut port, may, TIME_OUT);
-    // Of the last lines it may be heard only now.
-    while let (Ok(()), Some(Response { access, failed })) = (result, port.take()) {
-        let stop = Stop::Port { error: PortError::Write, addr: access.addr };
-        result = if failed { Err(stop) } else { Ok(()) };
-    }
+    let trace = with.traverser_job();
+    let done = job::trace(unit, &mut copy, trace, MemoryPort::new(site), may, time_out);
+    let (run, result) = done.unit;
+    let ended = result.map_err(|stop| with.stopped(stop));
+    let ended = ended.and_then(|()| done.drained.map_err(|lost| with.lost(lost)));
     let hits = with.inside(RegionId::Hits);
     let size = hits.size.min(bytes(with.rays, Hit::BYTES));
     let written = copy.region(Region { size, ..hits }).to_vec();
-    let cycles = run.cycles + OVERHEAD;
-    let read = run.reads * u64::from(LINE_BYTES);
+    let cycles = done.cycles;
+    let read = done.lines_read * u64::from(LINE_BYTES);
     let results = Results { root: None, counts: [0, 0, 0, run.hits] };
     JobRun {
         cycles,
         stages: vec![(0, Stage::Trace)],
-        outcome: result.map(|()| results).map_err(|stop| with.stopped(stop)),
+        outcome: ended.map(|()| results),
         written: if written.is_empty() {
             Vec::new()
         } else {
@@ -167,12 +162,8 @@ impl Parameters {
                 Failure { code: ErrorCode::OutOfRegion, stage, region: Some(region), addr }
             }
             Stop::Port { error, addr } => {
-                let code = match error {
-                    PortError::Read => ErrorCode::BusRead,
-                    PortError::Write => ErrorCode::BusWrite,
-                    PortError::TimeOut => ErrorCode::BusTimeout,
-                };
-                Failure { stage, addr: addr.wrapping_add(self.origin), ..Failure::of(code) }
+                let addr = addr.wrapping_add(self.origin);
+                Failure { stage, addr, ..Failure::of(bus_code(error)) }
             }
         }
     }
