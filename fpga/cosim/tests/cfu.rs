@@ -55,7 +55,7 @@ const fn fault(
     (what, Mutation { file, from, to })
 }
 
-const FAULTS: [(&str, Mutation); 7] = [
+const FAULTS: [(&str, Mutation); 10] = [
     fault(
         "the greater key stays",
         "xy_cfu.sv",
@@ -88,6 +88,24 @@ const FAULTS: [(&str, Mutation); 7] = [
     ),
     fault("a verdict comes a cycle late", "xy_cfu.sv", "testing_q && !verdict_valid", "testing_q"),
     fault("a child does not settle", "xy_cfu.sv", "settling_q <= 2'd2", "settling_q <= 2'd1"),
+    fault(
+        "children off the grid are encoded",
+        "xy_cfu.sv",
+        "contained && off_axis_q == '0",
+        "contained",
+    ),
+    fault(
+        "children keep their parent's grid",
+        "xy_cfu.sv",
+        "child.cells[axis], child.scale[axis]",
+        "parent_q.cells[axis], parent_q.scale[axis]",
+    ),
+    fault(
+        "a response is lost while the core is stuck",
+        "xy_cfu.sv",
+        "else if (rsp_ready_i) rsp_valid_o",
+        "else rsp_valid_o",
+    ),
 ];
 
 #[test]
