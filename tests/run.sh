@@ -56,6 +56,8 @@ run_tests() {
 # whole accelerator run beside those of the units, as most of their time they use one core.
 run_cosim() {
     local file name whole=() units=() log=target/logs/cosim-whole.log failed=0
+    XYLEM_CUSTOM=$(tests/firmware.sh custom) || return 1
+    export XYLEM_CUSTOM
     for file in fpga/cosim/tests/*.rs; do
         name=$(basename "$file" .rs)
         case $name in

@@ -10,6 +10,7 @@
 //! - One module a unit says what it is fed and compares every output of every cycle: [`heap`],
 //!   [`mergesort`], [`emitter`], [`emit`], [`compress`], [`context`], [`traverser`], [`cfu`].
 //! - [`table`] collects the cycles of both sides.
+//! - [`custom`] runs VexRiscv with `xy_cfu`, and compares software, instructions and accelerator.
 //! - [`top`] is the whole accelerator, for `xylem-driver`; [`jobs`] is what that gives it.
 //!
 //! The RTL is data to this crate, not part of its build: `cargo build` needs no Verilator.
@@ -21,6 +22,7 @@ pub mod bench;
 pub mod cfu;
 pub mod compress;
 pub mod context;
+pub mod custom;
 pub mod emit;
 pub mod emitter;
 pub mod heap;

@@ -199,6 +199,39 @@ pub fn unit(unit: &Unit<'_>, mutation: Option<Mutation>) -> Result<PathBuf, Cosi
     Ok(folder.join(LIBRARY))
 }
 
+/// Builds a program from `unit`, Verilog that is not this project's, and the C++ file `bench`, and returns its path.
+/// Only the unit's own files have been linted.
+///
+/// # Errors
+/// As [`unit`].
+pub fn program(unit: &Unit<'_>, others: &[&Path], bench: &Path) -> Result<PathBuf, CosimError> {
+    let version = tools()?;
+    let mut hash = Sha256::new();
+    hash.update(&version);
+    for (name, text) in sources(unit.files, None)? {
+        hash.update(name);
+        hash.update(text);
+    }
+    for path in others.iter().chain([&bench]) {
+        hash.update(read(path)?);
+    }
+    let key: String = hash.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect();
+    let folder = target_folder().join("cosim").join(format!("{}-bench-{key}", unit.top));
+    once(&folder, |folder| {
+        let mut verilator = Command::new("verilator");
+        verilator
+            .args(["--cc", "--exe", "--build", "-O3", "-CFLAGS", "-O2", "-Wno-fatal", "-Wno-lint"])
+            .args(["-Wno-TIMESCALEMOD", "--top-module", unit.top, "--prefix", "Vbench", "-Mdir"])
+            .arg(folder)
+            .arg(Path::new(RTL).join("waivers.vlt"))
+            .args(read(&Path::new(RTL).join(unit.files))?.lines().map(|f| Path::new(RTL).join(f)))
+            .args(others)
+            .arg(bench);
+        run("verilator", "verilator", &mut verilator).map(drop)
+    })?;
+    Ok(folder.join("Vbench"))
+}
+
 /// The text of `ports.h`, which the shim includes, from the header that Verilator wrote for the
 /// unit: it declares each port as `VL_IN8(&NAME,MSB,LSB);` or the like.
 fn ports_header(header: &str) -> String {
