@@ -307,6 +307,8 @@ module fv_port #(
   (* hierconn *) logic [3:0][25:0]     \u_port.u_write.waiting_q ;
   (* hierconn *) logic [1:0]           \u_port.u_write.first_q , \u_port.u_write.free_q ;
 
+  (* hierconn *) logic [1:0][26:0] \u_port.end_q ;
+
   logic [1:0] place;  // of the line that is watched
   assign place = \u_port.u_write.first_q + ahead[1:0];
 
@@ -325,6 +327,9 @@ module fv_port #(
 
   always_comb begin
     if (rst_ni) begin
+      for (int unsigned i = 0; i < 2; i++) begin
+        assert (\u_port.end_q [i] == {1'b0, base[i]} + {1'b0, lines[i]});
+      end
       h_rows : assert (\u_port.u_read.busy_q == asked && \u_port.u_read.next_q == next);
       for (int unsigned i = 0; i < Reads; i++) assert (!asked[i] || table_rows[i] == rows[i]);
       h_count : assert (\u_port.u_write.count_q == unanswered);

@@ -4,16 +4,15 @@
 // Handshake   valid_i with an address and the region's number; valid_o is valid_i inside the region.
 //             Outside, violation_o is high as long as the request stands; the request is never taken
 //             (ready_o low), and the control takes the unit that made it out of work.
-// Regions     base and length in lines, as the registers hold them. A region of length 0 is absent:
-//             no address is in it. The check is right for every base and length, also where their sum
-//             is past the end of memory.
+// Regions     base and end in lines; an end has a bit more, as it may be behind the last line of memory. A
+//             region that ends where it begins is absent: no address is in it.
 // Latency     0 cycles.
 // Cut paths   none: valid_i and addr_i to valid_o and violation_o, ready_i to ready_o.
 module xy_guard #(
     parameter int unsigned Regions = 8
 ) (
     input  logic [Regions-1:0][25:0]     base_i,
-    input  logic [Regions-1:0][25:0]     lines_i,
+    input  logic [Regions-1:0][26:0]     end_i,
 
     input  logic                         valid_i,
     output logic                         ready_o,
@@ -25,12 +24,10 @@ module xy_guard #(
     output logic                         violation_o
 );
 
-  logic [25:0] line, base, offset;
+  logic [25:0] line;
   logic        allowed;
-  assign line   = addr_i[31:6];
-  assign base   = base_i[region_i];
-  assign offset = line - base;
-  assign allowed = (line >= base) && (offset < lines_i[region_i]);
+  assign line    = addr_i[31:6];
+  assign allowed = (line >= base_i[region_i]) && ({1'b0, line} < end_i[region_i]);
 
   assign valid_o     = valid_i && allowed;
   assign ready_o     = ready_i && allowed;

@@ -87,7 +87,6 @@ module xy_mergesort #(
   localparam int unsigned IndexWidth = 27;
   localparam int unsigned RowWidth   = $clog2(Capacity) - 1;
   localparam int unsigned SlotLog    = $clog2(Capacity / (2 * Burst));
-  localparam int unsigned LogWidth   = 6;
 
   typedef enum logic [2:0] {
     Idle   = 3'd0,
@@ -103,7 +102,9 @@ module xy_mergesort #(
   logic [IndexWidth-1:0] left_d, left_q;          // records from there to the end
   logic [RowWidth:0]     fill_left_d, fill_left_q;  // pairs that the block still lacks
   logic [RowWidth-1:0]   fill_row_d, fill_row_q;
-  logic [LogWidth-1:0]   run_log_d, run_log_q;    // of the runs' length
+  logic [IndexWidth-1:0] run_d, run_q;            // records of a run: a power of two
+  logic [IndexWidth-1:0] rest_d, rest_q;          // groups of runs behind the first one
+  logic                  last_d, last_q;          // there are none
   logic                  source_b_d, source_b_q;  // runs are read from region B
 
   logic [IndexWidth-1:0] count;
@@ -265,21 +266,34 @@ module xy_mergesort #(
 
   localparam logic [IndexWidth-1:0] Block = IndexWidth'(Capacity);
 
-  logic [IndexWidth-1:0] block_count, group, group_count, next_first, next_left;
-  logic [LogWidth-1:0]   group_log;
-  logic                  one_group;
-  assign block_count = (left_q < Block) ? left_q : Block;
-  assign group_log   = run_log_q + LogWidth'(SlotLog);
-  assign one_group   = (count == '0) || (((count - 1'b1) >> group_log) == '0);
-  assign group       = IndexWidth'(1) << group_log;
-  assign group_count = (left_q < group) ? left_q : group;
-  assign next_first  = first_q + group;
-  assign next_left   = left_q - ((state_q == Pieces) ? block_count : group_count);
+  localparam int unsigned GroupLog = $clog2(Capacity) + SlotLog;  // of the first merge of runs
 
-  // Pairs of the block whose records are the next `left_d`.
-  logic [RowWidth:0] fill_pairs;
-  assign fill_pairs = (left_d < Block) ? left_d[RowWidth+1:1] + (RowWidth + 1)'(left_d[0])
-                                       : (RowWidth + 1)'(Capacity / 2);
+  logic [IndexWidth-1:0] group, part;
+  logic                  more;
+  // The shift drops bits only where there is a single group.
+  assign group = run_q << SlotLog;
+  assign part  = (state_q == Fill || state_q == Pieces) ? Block : group;
+  assign more  = left_q > part;
+
+  // Pairs of the block whose records are the next so many.
+  function automatic logic [RowWidth:0] block_pairs(input logic [IndexWidth-1:0] records);
+    block_pairs = (records < Block) ? records[RowWidth+1:1] + (RowWidth + 1)'(records[0])
+                                    : (RowWidth + 1)'(Capacity / 2);
+  endfunction
+
+  // What follows the block or the group at first_q. Additions of this width are done while a merge is under
+  // way: the second of these is right three cycles after left_q changes, and no merge is that short.
+  logic [IndexWidth-1:0] part_q, after_q, next_first_q, next_part_q;
+  logic                  more_q;
+  logic [RowWidth:0]     next_pairs_q;
+  always_ff @(posedge clk_i) begin
+    more_q       <= more;
+    part_q       <= more ? part : left_q;
+    after_q      <= left_q - part;
+    next_first_q <= first_q + part;
+    next_part_q  <= (after_q < group) ? after_q : group;
+    next_pairs_q <= block_pairs(after_q);
+  end
 
   always_comb begin
     state_d      = state_q;
@@ -287,14 +301,16 @@ module xy_mergesort #(
     left_d       = left_q;
     fill_left_d  = fill_left_q;
     fill_row_d   = fill_row_q;
-    run_log_d    = run_log_q;
+    run_d        = run_q;
+    rest_d       = rest_q;
+    last_d       = last_q;
     source_b_d   = source_b_q;
     writer_start = 1'b0;
     merge_start  = 1'b0;
     merge_runs   = 1'b1;
     merge_first  = '0;
     merge_count  = count;
-    merge_run    = IndexWidth'(1) << run_log_q;
+    merge_run    = run_q;
 
     unique case (state_q)
       Fill: begin
@@ -305,19 +321,19 @@ module xy_mergesort #(
         if (fill_left_q == '0) begin
           merge_start = 1'b1;
           merge_runs  = 1'b0;
-          merge_count = block_count;
+          merge_count = part_q;
           merge_run   = IndexWidth'(2 * Burst);
           state_d     = Pieces;
         end
       end
       Pieces: begin
         if (merge_idle) begin
-          left_d      = next_left;
-          fill_left_d = fill_pairs;
+          left_d      = after_q;
+          fill_left_d = next_pairs_q;
           fill_row_d  = '0;
-          state_d     = (next_left == '0) ? Flush : Fill;
+          state_d     = more_q ? Fill : Flush;
           // What was written is read from now on.
-          if (next_left == '0) source_b_d = 1'b0;
+          if (!more_q) source_b_d = 1'b0;
         end
       end
       Flush: begin
@@ -325,7 +341,7 @@ module xy_mergesort #(
           merge_start = 1'b1;
           first_d     = '0;
           left_d      = count;
-          if (one_group) begin
+          if (last_q) begin
             state_d = Last;
           end else begin
             writer_start = 1'b1;
@@ -336,16 +352,18 @@ module xy_mergesort #(
       end
       Runs: begin
         if (merge_idle) begin
-          if (next_left == '0) begin
+          if (!more_q) begin
             source_b_d = !source_b_q;
-            run_log_d  = group_log;
+            run_d      = group;
+            rest_d     = rest_q >> SlotLog;
+            last_d     = (rest_q >> SlotLog) == '0;
             state_d    = Flush;
           end else begin
-            first_d     = next_first;
-            left_d      = next_left;
+            first_d     = next_first_q;
+            left_d      = after_q;
             merge_start = 1'b1;
-            merge_first = next_first;
-            merge_count = (next_left < group) ? next_left : group;
+            merge_first = next_first_q;
+            merge_count = next_part_q;
           end
         end
       end
@@ -354,9 +372,11 @@ module xy_mergesort #(
 
     if (start_i) begin
       left_d       = count;
-      fill_left_d  = fill_pairs;
+      fill_left_d  = block_pairs(count);
       fill_row_d   = '0;
-      run_log_d    = LogWidth'($clog2(Capacity));
+      run_d        = Block;
+      rest_d       = (count - 1'b1) >> GroupLog;
+      last_d       = (count == '0) || (((count - 1'b1) >> GroupLog) == '0);
       // The first runs are written to region A, as if B were the source.
       source_b_d   = 1'b1;
       writer_start = 1'b1;
@@ -379,7 +399,9 @@ module xy_mergesort #(
     left_q      <= left_d;
     fill_left_q <= fill_left_d;
     fill_row_q  <= fill_row_d;
-    run_log_q   <= run_log_d;
+    run_q       <= run_d;
+    rest_q      <= rest_d;
+    last_q      <= last_d;
     source_b_q  <= source_b_d;
   end
 

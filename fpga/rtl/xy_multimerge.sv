@@ -85,6 +85,8 @@ module xy_multimerge #(
   logic [IndexWidth-1:0] insert_left_q;   // records from there to the last slot's end
   logic [IndexWidth-1:0] run_q;
   logic [IndexWidth-1:0] left_q;          // records that have not left the scratchpad
+  logic                  some_q, final_q; // there are some, there is one
+  logic                  started_q;       // in this cycle nothing has been looked up yet
 
   logic [IndexWidth-1:0] insert_count;
   assign insert_count = (insert_left_q < run_q) ? insert_left_q : run_q;
@@ -183,17 +185,17 @@ module xy_multimerge #(
 
   // --- Act ---
 
-  logic                  look_here_q, look_odd_q, look_ends_q;
+  logic                  look_here_q, look_odd_q, look_ends_q, look_last_q;
   logic                  look_key_odd_q;  // the bank of the record that gives the code
   logic [IndexWidth-1:0] look_index_q, look_left_q;
-  logic                  last;
+  logic                  last;  // of its slot
   logic [RecordWidth-1:0] head;
-  assign last = look_left_q == IndexWidth'(1);
+  assign last = look_last_q;
   assign head = look_odd_q ? pad[1] : pad[0];
 
   logic room, may_act, act, insert, output_record;
   // After an operation the heap is not ready for a cycle; what was looked up in that one is fresh.
-  assign may_act       = ready && (left_q != '0);
+  assign may_act       = ready && some_q && !started_q;
   assign insert        = may_act && inserting_q && look_here_q;
   assign output_record = may_act && !inserting_q && room && (look_here_q || last);
   assign act           = insert || output_record;
@@ -201,10 +203,13 @@ module xy_multimerge #(
   logic [CodeWidth-1:0] code;
   assign code = look_key_odd_q ? pad_code[1] : pad_code[0];
 
+  // A merge leaves the heap empty and with all of its places; so does an end before that, which takes an
+  // operation of its own. What starts a merge comes too late in its cycle to be an operation.
+  logic wipe_q;
   xy_pkg::heap_op_e op;
   always_comb begin
     op = xy_pkg::HeapReplace;
-    if (start_i) op = xy_pkg::HeapClear;
+    if (wipe_q || (final_q && !inserting_q)) op = xy_pkg::HeapClear;
     else if (inserting_q) op = xy_pkg::HeapInsert;
     else if (last) op = xy_pkg::HeapRemove;
   end
@@ -219,7 +224,7 @@ module xy_multimerge #(
   ) u_heap (
       .clk_i,
       .rst_ni,
-      .op_valid_i (start_i || act),
+      .op_valid_i (wipe_q || act),
       .op_ready_o (ready),
       .op_i       (op),
       .op_key_i   (code),
@@ -304,27 +309,43 @@ module xy_multimerge #(
   logic unused_fifo_ready;
   assign unused_fifo_ready = fifo_ready;
 
-  assign idle_o = (left_q == '0) && (room_q == RoomWidth'(Fifo)) && bursts_ready && ready;
+  assign idle_o = !some_q && !started_q && (room_q == RoomWidth'(Fifo)) && bursts_ready && ready && !wipe_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
       inserting_q <= 1'b0;
       left_q      <= '0;
+      some_q      <= 1'b0;
+      final_q     <= 1'b0;
+      started_q   <= 1'b0;
+      wipe_q      <= 1'b1;
       out_valid_q <= 1'b0;
       room_q      <= RoomWidth'(Fifo);
     end else if (clear_i) begin
       inserting_q <= 1'b0;
       left_q      <= '0;
+      some_q      <= 1'b0;
+      final_q     <= 1'b0;
+      started_q   <= 1'b0;
+      wipe_q      <= 1'b1;
       out_valid_q <= 1'b0;
       room_q      <= RoomWidth'(Fifo);
     end else begin
       out_valid_q <= output_record;
       room_q      <= room_q - RoomWidth'(output_record) + RoomWidth'(pop);
-      if (output_record) left_q <= left_q - 1'b1;
+      started_q   <= start_i;
+      if (ready) wipe_q <= 1'b0;
+      if (output_record) begin
+        left_q  <= left_q - 1'b1;
+        some_q  <= !final_q;
+        final_q <= left_q == IndexWidth'(2);
+      end
       if (insert && (insert_left_q == insert_count)) inserting_q <= 1'b0;
       if (start_i) begin
         inserting_q <= count_i != '0;
         left_q      <= count_i;
+        some_q      <= count_i != '0;
+        final_q     <= count_i == IndexWidth'(1);
       end
     end
   end
@@ -337,6 +358,7 @@ module xy_multimerge #(
     look_ends_q  <= buffer_ends;
     look_index_q <= index;
     look_left_q  <= left;
+    look_last_q  <= left == IndexWidth'(1);
     out_record_q <= head;
     out_code_q   <= top_code;
     if (insert) begin
@@ -373,6 +395,11 @@ module xy_multimerge #(
   assert property (@(posedge clk_i) disable iff (!rst_ni) start_i |-> idle_o);
   a_store_when_idle :
   assert property (@(posedge clk_i) disable iff (!rst_ni) store_i |-> left_q == '0 && !rsp_valid_i);
+
+  // The bits are what they stand for.
+  a_left :
+  assert property (@(posedge clk_i) disable iff (!rst_ni)
+      some_q == (left_q != '0) && final_q == (left_q == IndexWidth'(1)));
 
   // A place was promised.
   a_fifo_has_room :

@@ -6,6 +6,8 @@
 //
 // Handshake   as in xy_axi_read and xy_axi_write; a request outside its region is never taken, and a read of a
 //             line that is being written waits until it is: every read shows what was written before.
+// Regions     base and length in lines, as the registers hold them; requests come a cycle after both or later.
+//             The check is right for every base and length, also where their sum is past the end of memory.
 // Latency     1 cycle to AXI, 0 cycles back.
 // Bytes       reads count whole lines, writes the bytes that are written.
 module xy_port #(
@@ -88,9 +90,15 @@ module xy_port #(
   logic wr_valid, wr_ready, wr_violation, wr_idle, pending;
   logic [31:0] rd_oldest, wr_oldest;
 
+  // Regions stay while a job runs: their ends are not computed anew for every address.
+  logic [Regions-1:0][26:0] end_q;
+  always_ff @(posedge clk_i) begin
+    for (int unsigned i = 0; i < Regions; i++) end_q[i] <= {1'b0, base_i[i]} + {1'b0, lines_i[i]};
+  end
+
   xy_guard #(.Regions(Regions)) u_read_guard (
       .base_i,
-      .lines_i,
+      .end_i      (end_q),
       .valid_i    (rd_valid_i),
       .ready_o    (rd_ready_o),
       .addr_i     (rd_addr_i),
@@ -102,7 +110,7 @@ module xy_port #(
 
   xy_guard #(.Regions(Regions)) u_write_guard (
       .base_i,
-      .lines_i,
+      .end_i      (end_q),
       .valid_i    (wr_valid_i),
       .ready_o    (wr_ready_o),
       .addr_i     (wr_addr_i),

@@ -262,7 +262,7 @@ fn faults_put_into_the_port_are_seen() {
         return;
     }
     let faults = [
-        Mutation { file: "xy_guard.sv", from: "offset < lines_i", to: "offset <= lines_i" },
+        Mutation { file: "xy_guard.sv", from: "line} < end_i", to: "line} <= end_i" },
         Mutation {
             file: "xy_axi_read.sv",
             from: "rsp_error_o = rresp_i[1] || error_q",
