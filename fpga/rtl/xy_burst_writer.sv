@@ -15,7 +15,8 @@
 //             an error.
 // Latency     1 cycle from the record that fills a burst to its first line.
 // Throughput  one record a cycle and one line a cycle.
-// Cut paths   all but wr_data_o, which is read from distributed memory in its cycle.
+// Cut paths   all but wr_data_o, which is read from distributed memory in its cycle. in_valid_i and wr_ready_i
+//             come late in theirs: what depends on registers only is found beside them or the cycle before.
 module xy_burst_writer #(
     parameter int unsigned RecordBits = 256,  // 8 to 512, a power of two
     parameter int unsigned BurstLines = 2
@@ -54,20 +55,23 @@ module xy_burst_writer #(
   localparam logic [CountWidth-1:0] Full     = CountWidth'(BurstRecords);
   localparam logic [CountWidth-1:0] PerLine  = CountWidth'(LineRecords);
   localparam logic [31:0]           Bytes    = 32'(RecordBytes);
+  localparam logic [31:0]           BytesTwo = 2 * Bytes;
 
   // --- The open burst ---
 
   logic                  half_q;  // which of the two places is open; the other one is sent
-  logic [CountWidth-1:0] open_d, open_q;
+  logic [CountWidth-1:0] open_q, open_next;
+  logic                  full_q;
   logic [31:0]           left_q;  // bytes of the region that no record has yet
+  logic                  fits_q;  // a further record does: it has Bytes or more
   logic                  error_q;
 
-  logic push, fits, store;
-  assign in_ready_o = open_q != Full;
-  assign push       = in_valid_i && in_ready_o;
-  assign fits       = left_q >= Bytes;
-  assign store      = push && fits && !error_q;
-  assign open_d     = open_q + CountWidth'(store);
+  logic push, store, last_place;
+  assign in_ready_o = !full_q;
+  assign push       = in_valid_i && !full_q;
+  assign store      = push && fits_q && !error_q;
+  assign open_next  = open_q + 1'b1;
+  assign last_place = open_q == Full - 1'b1;
 
   // --- The burst being sent ---
 
@@ -76,13 +80,17 @@ module xy_burst_writer #(
   logic [LineWidth-1:0]  line_q;
   logic [31:0]           addr_q;
 
+  // There are records, and they leave as soon as they may; a record stored now is the last one of its burst.
+  logic waits, ends;
+  assign waits = full_q || ((flush_i || error_q) && (open_q != '0));
+  assign ends  = last_place || flush_i;
+
   logic sent, hand_over;
   assign wr_valid_o = sending_q;
   assign wr_addr_o  = addr_q;
   assign wr_last_o  = records_q <= PerLine;
   assign sent       = sending_q && wr_ready_i && wr_last_o;
-  assign hand_over  = (!sending_q || sent)
-      && ((open_d == Full) || ((flush_i || error_q) && (open_d != '0)));
+  assign hand_over  = (!sending_q || sent) && (waits || (store && ends));
 
   assign empty_o = (open_q == '0) && !sending_q;
   assign error_o = error_q;
@@ -91,7 +99,9 @@ module xy_burst_writer #(
     if (!rst_ni) begin
       half_q    <= 1'b0;
       open_q    <= '0;
+      full_q    <= 1'b0;
       left_q    <= '0;
+      fits_q    <= 1'b0;
       error_q   <= 1'b0;
       sending_q <= 1'b0;
       records_q <= '0;
@@ -100,16 +110,22 @@ module xy_burst_writer #(
     end else if (clear_i) begin
       half_q    <= 1'b0;
       open_q    <= '0;
+      full_q    <= 1'b0;
       left_q    <= '0;
+      fits_q    <= 1'b0;
       error_q   <= 1'b0;
       sending_q <= 1'b0;
       records_q <= '0;
       line_q    <= '0;
       addr_q    <= '0;
     end else begin
-      open_q <= open_d;
-      if (store) left_q <= left_q - Bytes;
-      if (push && !fits) error_q <= 1'b1;
+      if (store) begin
+        open_q <= open_next;
+        full_q <= last_place;
+        left_q <= left_q - Bytes;
+        fits_q <= left_q >= BytesTwo;
+      end
+      if (push && !fits_q) error_q <= 1'b1;
       if (sending_q && wr_ready_i) begin
         records_q <= records_q - PerLine;
         line_q    <= line_q + 1'b1;
@@ -119,13 +135,15 @@ module xy_burst_writer #(
       if (hand_over) begin
         half_q    <= !half_q;
         open_q    <= '0;
+        full_q    <= 1'b0;
         sending_q <= 1'b1;
-        records_q <= open_d;
+        records_q <= store ? open_next : open_q;
         line_q    <= '0;
       end
       if (start_i) begin
         addr_q  <= region_base_i;
         left_q  <= region_size_i;
+        fits_q  <= region_size_i >= Bytes;
         error_q <= 1'b0;
       end
     end
@@ -163,12 +181,17 @@ module xy_burst_writer #(
     if (BurstLines < 1) $fatal(1, "xy_burst_writer: BurstLines is 0, must be 1 or more");
   end
 
+  // The bits are what they stand for.
+  a_bits :
+  assert property (@(posedge clk_i) disable iff (!rst_ni)
+      full_q == (open_q == Full) && fits_q == (left_q >= Bytes));
+
   // A burst that was not full ends inside a line: what followed would start there.
   logic short_q;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) short_q <= 1'b0;
     else if (clear_i || start_i) short_q <= 1'b0;
-    else if (hand_over && (open_d != Full)) short_q <= 1'b1;
+    else if (hand_over && !full_q && !(store && last_place)) short_q <= 1'b1;
   end
   a_nothing_after_a_short_burst :
   assert property (@(posedge clk_i) disable iff (!rst_ni) short_q |-> !store);

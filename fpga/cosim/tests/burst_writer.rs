@@ -189,13 +189,17 @@ fn rtl_and_model_agree_in_every_output_of_every_cycle() {
 
 /// Faults, each of which the lockstep must see.
 const MUTATIONS: [(&str, &str, &str); 7] = [
-    ("a burst leaves a record late", "((open_d == Full) ||", "((open_q == Full) ||"),
+    ("a burst leaves a cycle late", "(waits || (store && ends))", "waits"),
     (
         "a burst pushes the one being sent away",
         "assign hand_over  = (!sending_q || sent)",
         "assign hand_over  = (!sending_q || wr_ready_i)",
     ),
-    ("the region ends a record late", "left_q >= Bytes", "left_q + Bytes >= Bytes"),
+    (
+        "the region ends a record late",
+        "fits_q <= left_q >= BytesTwo;",
+        "fits_q <= left_q >= Bytes;",
+    ),
     (
         "a record too many is written",
         "{RecordBytes{records_q > Place}}",
