@@ -37,6 +37,14 @@ module xy_stack #(
 
   assign below = held_valid_q ? held_q : read_data;
 
+  // Adders first: push_i and pop_i come late.
+  logic [CountWidth-1:0] read_addr;
+  always_comb begin
+    read_addr = count_q - 1'b1;
+    if (pop_i) read_addr = count_q - CountWidth'(2);
+    if (push_i) read_addr = count_q;
+  end
+
   always_comb begin
     count_d = count_q;
     top_d   = top_q;
@@ -74,7 +82,7 @@ module xy_stack #(
       .write_i     (push_i),
       .write_addr_i(count_q),
       .write_data_i(top_q),
-      .read_addr_i (count_d - 1'b1),
+      .read_addr_i (read_addr),
       .read_data_o (read_data)
   );
 
