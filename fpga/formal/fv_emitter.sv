@@ -1,5 +1,5 @@
 // xy_emitter never pushes on a full stack nor pops from an empty one, whatever the input, sorted or not,
-// and joins all leaves into one tree. In its full size: codes of 63 bits, 32 bits of leaves, 95 places.
+// and joins all leaves into one tree. In its full size: splits of 63-bit codes, 32 bits of leaves, 95 places.
 //
 // The stack is replaced by its model; fv_stack proves that xy_stack is like it.
 module fv_emitter (
@@ -8,7 +8,7 @@ module fv_emitter (
     input logic [7:0]      max_leaf_i,
     input logic            item_valid_i,
     input xy_pkg::record_t item_i,
-    input logic [62:0]     item_code_i,
+    input xy_pkg::split_t  item_split_i,
     input logic            end_i,
     input logic            node_ready_i,
     input logic            entry_ready_i
@@ -25,9 +25,7 @@ module fv_emitter (
 
   always_ff @(posedge clk_i) rst_ni <= 1'b1;
 
-  xy_emitter #(
-      .CodeWidth(63)
-  ) u_emitter (
+  xy_emitter u_emitter (
       .clk_i,
       .rst_ni,
       .clear_i,
@@ -35,7 +33,7 @@ module fv_emitter (
       .item_valid_i,
       .item_ready_o (item_ready),
       .item_i,
-      .item_code_i,
+      .item_split_i,
       .end_i,
       .node_valid_o (node_valid),
       .node_ready_i,
@@ -53,7 +51,22 @@ module fv_emitter (
       .entry_count_o(entries)
   );
 
-  (* hierconn *) logic                  \u_emitter.push , \u_emitter.pop ;
+  // The highest bit in which the number of leaves and the next one differ.
+  logic       leaves_differ;
+  logic [4:0] leaf_bit;
+  xy_msb #(
+      .Width(32)
+  ) u_leaf_bit (
+      .bits_i (leaves ^ (leaves + 32'd1)),
+      .any_o  (leaves_differ),
+      .index_o(leaf_bit)
+  );
+
+  // Any split; xy_msb, which finds it, gives no index of 63 in codes of 63 bits.
+  always_comb assume (item_split_i.index < 6'd63);
+
+  (* hierconn *) logic                  \u_emitter.push , \u_emitter.pop , \u_emitter.joins , \u_emitter.is_root ;
+  (* hierconn *) logic [4:0]            \u_emitter.leaf_bit_q ;
   (* hierconn *) logic                  \u_emitter.pending_valid_q , \u_emitter.open_valid_q ;
   (* hierconn *) logic [190:0]          \u_emitter.pending_q , \u_emitter.current ;
   (* hierconn *) logic [6:0]            \u_emitter.u_stack.count_q ;
@@ -77,6 +90,13 @@ module fv_emitter (
         a_levels_fall :
         assert (\u_emitter.u_stack.entries_q [0] > \u_emitter.current [190-:7]);
       end
+      // What is found beforehand, or case by case, is what it stands for.
+      a_joins :
+      assert (\u_emitter.joins == (count != '0
+          && \u_emitter.u_stack.entries_q [0] <= \u_emitter.current [190-:7]));
+      a_is_root : assert (\u_emitter.is_root
+          == (!\u_emitter.joins && \u_emitter.current [190-:7] == LevelEnd));
+      a_leaf_bit : assert (\u_emitter.leaf_bit_q == leaf_bit);
       // Every leaf and every node that has no parent yet is on the stack or under way.
       if (!done) a_nothing_left : assert (leaves - nodes == 32'(count) + 32'(pending));
       if (done) a_one_tree : assert (count == '0 && !pending && leaves - nodes == 32'(root_valid));

@@ -55,10 +55,9 @@ for width in 32 64 128 256 512; do
     lint port "$width" DataWidth "$width"
 done
 
-lint emitter wide CodeWidth 63
-lint emitter narrow CodeWidth 30
-lint emit small CodeWidth 63 BurstLines 2
-lint emit paper CodeWidth 63 BurstLines 8 Depth 2
+lint emitter default
+lint emit small BurstLines 2
+lint emit paper BurstLines 8 Depth 2
 lint emit single BurstLines 2 Depth 1 Bits 4 Margin 2 MinScale 2
 lint emit deep BurstLines 2 Depth 3 Bits 4 Margin 2 MinScale 1
 lint emit deepest BurstLines 2 Depth 4 Bits 4 Margin 1 MinScale 0

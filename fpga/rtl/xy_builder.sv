@@ -100,7 +100,7 @@ module xy_builder #(
 
   logic                                     item_valid, item_ready, item_end;
   xy_pkg::record_t                          item;
-  logic [CodeWidth-1:0]                     item_code;
+  xy_pkg::split_t                           item_split;
   logic                                     primitive_error, run_error;
   logic [31:0]                              error_index;
   logic [SortTag-1:0]                       sort_tag;
@@ -157,7 +157,7 @@ module xy_builder #(
       .item_valid_o     (item_valid),
       .item_ready_i     (item_ready),
       .item_o           (item),
-      .item_code_o      (item_code),
+      .item_split_o     (item_split),
       .end_o            (item_end),
       .primitive_error_o(primitive_error),
       .region_error_o   (run_error),
@@ -180,7 +180,6 @@ module xy_builder #(
   assign node_size = compress ? size[Quantized] : size[Nodes];
 
   xy_emit #(
-      .CodeWidth (CodeWidth),
       .BurstLines(WriteLines),
       .Depth     (Depth)
   ) u_emit (
@@ -198,7 +197,7 @@ module xy_builder #(
       .item_valid_i   (item_valid),
       .item_ready_o   (item_ready),
       .item_i         (item),
-      .item_code_i    (item_code),
+      .item_split_i   (item_split),
       .end_i          (item_end),
       .node_o,
       .leaf_o,

@@ -20,7 +20,6 @@
 // Cut paths   done_o, error_o, root_*_o and *_count_o come from registers; as in xy_burst_writer, all of
 //             the line ports but the data; otherwise as in xy_emitter and xy_compressor.
 module xy_emit #(
-    parameter int unsigned CodeWidth  = 63,
     parameter int unsigned BurstLines = 8,  // of both writers
     parameter int unsigned Depth      = 0,  // of the compressor's treelets, 1 to 4; 0 without compressor
     parameter int unsigned Bits       = 6,  // of a quantized coordinate, 4 to 6
@@ -43,7 +42,7 @@ module xy_emit #(
     input  logic                 item_valid_i,
     output logic                 item_ready_o,
     input  xy_pkg::record_t      item_i,
-    input  logic [CodeWidth-1:0] item_code_i,
+    input  xy_pkg::split_t       item_split_i,
     input  logic                 end_i,
 
     output logic                 node_o,      // a node leaves the emitter
@@ -86,7 +85,7 @@ module xy_emit #(
 
   xy_pkg::subtree_t left, right;
 
-  xy_emitter #(.CodeWidth(CodeWidth)) u_emitter (
+  xy_emitter u_emitter (
       .clk_i,
       .rst_ni,
       .clear_i,
@@ -94,7 +93,7 @@ module xy_emit #(
       .item_valid_i,
       .item_ready_o,
       .item_i,
-      .item_code_i,
+      .item_split_i,
       .end_i,
       .node_valid_o (node_valid),
       .node_ready_i (node_ready),

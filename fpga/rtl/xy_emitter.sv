@@ -6,7 +6,8 @@
 //                              pending  └─ push ► stack: top in registers, the rest in memory
 //                                 └──── node ─────┘ pop
 //
-// Primitives of equal codes share a leaf of up to max_leaf_i. The split behind each subtree has a level:
+// Primitives of equal codes share a leaf of up to max_leaf_i. Of codes all that is needed is the split between
+// a primitive's and that of the one before it. The split behind each subtree has a level:
 // the highest bit in which the codes beside it differ, above 32; or, between two leaves of one code, the
 // highest bit in which the numbers of leaves before them differ. A subtree is joined to the top of the
 // stack while that one's level is not higher than its own, then pushed; so levels fall from the bottom of
@@ -14,7 +15,7 @@
 //
 // Handshake   item: valid/ready; end_i says that no item follows the one offered, or, with
 //             item_valid_i low, that none does, and stays. A primitive is taken in the cycle of the first
-//             operation that it causes.
+//             operation that it causes. item_split_i of the first primitive is not looked at.
 //             node, entry: valid/ready. A node and an entry that one primitive causes leave in one cycle,
 //             or neither does: node_valid_o and entry_valid_o look at the other channel's ready. entry_ready_i
 //             must not fall while something is offered; with node_ready_i, entry_valid_o falls too.
@@ -24,11 +25,11 @@
 // Latency     0 from item to entry and node.
 // Throughput  one stack operation, or one primitive into the open leaf, a cycle; while there is no room
 //             for a node, nothing.
-// Cut paths   done_o, root_*_o and *_count_o are registers. Not cut: item_code_i and item_i to node_o and
-//             entry_o, the ready inputs to item_ready_o.
-module xy_emitter #(
-    parameter int unsigned CodeWidth = 63  // 2 to 63
-) (
+// Cut paths   done_o, root_*_o, *_count_o, left_o, right_o and node_o come from registers. Not cut: item_valid_i,
+//             item_split_i and end_i to node_valid_o, entry_valid_o and entry_o, the ready inputs to
+//             item_ready_o and to the other channel's valid output. The split comes late in its cycle: what
+//             does not need it is found in registers beforehand, or beside it.
+module xy_emitter (
     input  logic                 clk_i,
     input  logic                 rst_ni,
     input  logic                 clear_i,
@@ -38,7 +39,7 @@ module xy_emitter #(
     input  logic                 item_valid_i,
     output logic                 item_ready_o,
     input  xy_pkg::record_t      item_i,
-    input  logic [CodeWidth-1:0] item_code_i,
+    input  xy_pkg::split_t       item_split_i,
     input  logic                 end_i,
 
     output logic                 node_valid_o,
@@ -61,7 +62,6 @@ module xy_emitter #(
 
   localparam int unsigned MaxDepth   = 63 + 32;
   localparam int unsigned LevelWidth = 7;
-  localparam int unsigned CodeLevel  = 32;  // that of the lowest bit of a code
 
   // Above the level of every bit: there is nothing behind the subtree.
   localparam logic [LevelWidth-1:0] LevelEnd = '1;
@@ -73,49 +73,45 @@ module xy_emitter #(
 
   // --- The open leaf: the last primitive is in it ---
 
-  logic                 open_valid_q;
-  logic [CodeWidth-1:0] open_code_q;
-  xy_pkg::box_t         open_box_q;
-  logic [31:0]          open_first_q;
-  logic [7:0]           open_size_q;
-  logic [30:0]          open_prim_q;
+  logic         open_valid_q;
+  xy_pkg::box_t open_box_q;
+  logic [31:0]  open_first_q;
+  logic [7:0]   open_size_q;
+  logic         open_room_q;  // for a further primitive: its size is less than max_leaf_i
+  logic [30:0]  open_prim_q;
 
   logic        done_q, root_valid_q;
-  logic [31:0] nodes_q, leaves_q, entries_q;
+  logic [31:0] nodes_q, leaves_q, leaves_next, entries_q;
 
-  // The level of a split behind the open leaf.
-  logic                         codes_differ;
-  logic [$clog2(CodeWidth)-1:0] code_bit;
-  logic                         leaves_differ;
-  logic [4:0]                   leaf_bit;
-  logic [LevelWidth-1:0]        level;
+  // The highest bit in which leaves_q and the next number differ.
+  logic       leaves_differ;
+  logic [4:0] leaf_bit_next, leaf_bit_q;
 
-  xy_msb #(.Width(CodeWidth)) u_code_bit (
-      .bits_i (open_code_q ^ item_code_i),
-      .any_o  (codes_differ),
-      .index_o(code_bit)
-  );
-
+  assign leaves_next = leaves_q + 32'd1;
   xy_msb #(.Width(32)) u_leaf_bit (
-      .bits_i (leaves_q ^ (leaves_q + 32'd1)),
+      .bits_i (leaves_next ^ (leaves_q + 32'd2)),
       .any_o  (leaves_differ),
-      .index_o(leaf_bit)
+      .index_o(leaf_bit_next)
   );
+
+  // The level of a split behind the open leaf. A bit of a code ranks 32 higher than one of a number.
+  logic [LevelWidth-1:0] code_level, leaf_level, level;
+  assign code_level = {item_split_i.index[5], !item_split_i.index[5], item_split_i.index[4:0]};
+  assign leaf_level = LevelWidth'(leaf_bit_q);
 
   always_comb begin
-    level = LevelWidth'(leaf_bit);
-    if (codes_differ) level = LevelWidth'(code_bit) + LevelWidth'(CodeLevel);
+    level = item_split_i.differs ? code_level : leaf_level;
     if (!item_valid_i) level = LevelEnd;
   end
 
   logic grows;
-  assign grows = item_valid_i && open_valid_q && !codes_differ && (open_size_q < max_leaf_i);
+  assign grows = item_valid_i && open_valid_q && !item_split_i.differs && open_room_q;
 
   // --- The current subtree: the pending one, or the open leaf as it closes ---
 
   logic  pending_valid_q;
   cell_t pending_q, current, top;
-  logic  listens, input_given, closes, current_valid, joins, works, takes, finishes;
+  logic  listens, input_given, closes, current_valid, current_last, joins, works, takes, finishes;
   logic  stack_empty, stack_full;
 
   assign listens       = !pending_valid_q && !done_q;
@@ -132,12 +128,21 @@ module xy_emitter #(
 
   assign current = pending_valid_q ? pending_q
       : {level, open_first_q, open_size_q, open_box_q};
-  assign joins   = !stack_empty && (top.level <= current.level);
+
+  // Whether top.level <= current.level: each level that may be the current one is compared before it is
+  // known which one is. Nothing is above the level of an end.
+  assign current_last = pending_valid_q ? (pending_q.level == LevelEnd) : !item_valid_i;
+  always_comb begin
+    joins = item_split_i.differs ? (top.level <= code_level) : (top.level <= leaf_level);
+    if (!item_valid_i) joins = 1'b1;
+    if (pending_valid_q) joins = top.level <= pending_q.level;
+    if (stack_empty) joins = 1'b0;
+  end
 
   // --- The stack ---
 
   logic push, pop, is_root;
-  assign is_root = !joins && (current.level == LevelEnd);
+  assign is_root = stack_empty && current_last;
   assign push    = works && !joins && !is_root;
   assign pop     = works && joins;
 
@@ -204,6 +209,7 @@ module xy_emitter #(
       root_valid_q    <= 1'b0;
       nodes_q         <= '0;
       leaves_q        <= '0;
+      leaf_bit_q      <= '0;
       entries_q       <= '0;
     end else begin
       pending_valid_q <= pending_valid_d;
@@ -211,12 +217,16 @@ module xy_emitter #(
       done_q          <= done_d;
       root_valid_q    <= root_valid_d;
       if (clear_i) begin
-        nodes_q   <= '0;
-        leaves_q  <= '0;
-        entries_q <= '0;
+        nodes_q    <= '0;
+        leaves_q   <= '0;
+        leaf_bit_q <= '0;
+        entries_q  <= '0;
       end else begin
         if (pop) nodes_q <= nodes_q + 32'd1;
-        if (closes && item_ready_o) leaves_q <= leaves_q + 32'd1;
+        if (closes && item_ready_o) begin
+          leaves_q   <= leaves_next;
+          leaf_bit_q <= leaf_bit_next;
+        end
         if (takes) entries_q <= entries_q + 32'd1;
       end
     end
@@ -233,10 +243,11 @@ module xy_emitter #(
       if (grows) begin
         open_box_q  <= grown_box;
         open_size_q <= open_size_q + 8'd1;
+        open_room_q <= open_size_q + 8'd1 < max_leaf_i;
       end else begin
         open_box_q   <= item_i.box;
         open_size_q  <= 8'd1;
-        open_code_q  <= item_code_i;
+        open_room_q  <= max_leaf_i > 8'd1;
         open_first_q <= entries_q;
       end
     end
@@ -254,16 +265,15 @@ module xy_emitter #(
   assign unused_bits = leaves_differ ^ stack_full ^ item_i.prim[31];
 
 `ifndef SYNTHESIS
-  initial begin
-    if (CodeWidth < 2 || CodeWidth > 63) begin
-      $fatal(1, "xy_emitter: CodeWidth is %0d, must be 2 to 63", CodeWidth);
-    end
-  end
-
   // Levels fall from the bottom of the stack to its top, which bounds its depth.
   a_levels_fall :
   assert property (@(posedge clk_i) disable iff (!rst_ni)
       push && !stack_empty |-> top.level > current.level);
+
+  // Whether a leaf has room is known since its last primitive: the limit must not change in between.
+  a_limit_stays :
+  assert property (@(posedge clk_i) disable iff (!rst_ni)
+      listens && open_valid_q |-> open_room_q == (open_size_q < max_leaf_i));
 
   // All subtrees are joined into the root.
   a_root_is_last :

@@ -19,7 +19,7 @@
 //             line.
 //             rd, rsp, wr: the line ports. Runs are read again, once quiet_i says that what was written is
 //             there.
-//             item: valid/ready; end_o rises when the last record has left, and stays until the next start.
+//             item: valid/ready, item_split_o as in xy_multimerge; end_o rises when the last record has left, and stays until the next start.
 //             primitive_error_o: input record error_index_o is none; no more come.
 //             region_error_o: a run would have left its region; nothing was written outside.
 //             clear_i: the state after reset. No line may be under way.
@@ -76,7 +76,7 @@ module xy_mergesort #(
     output logic                 item_valid_o,
     input  logic                 item_ready_i,
     output xy_pkg::record_t      item_o,
-    output logic [CodeWidth-1:0] item_code_o,
+    output xy_pkg::split_t       item_split_o,
     output logic                 end_o,
 
     output logic                 primitive_error_o,
@@ -203,7 +203,7 @@ module xy_mergesort #(
       .item_valid_o (merge_valid),
       .item_ready_i (merge_ready),
       .item_o,
-      .item_code_o,
+      .item_split_o,
       .replace_o
   );
 

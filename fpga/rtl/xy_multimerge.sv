@@ -18,12 +18,16 @@
 //         cycles later. While the successor is not here or the FIFO has no room, look and act are repeated.
 // Before that every slot is put into the heap, in order, also two cycles each: look reads its first record.
 //
+// With a record comes the split between its code and that of the record before it: all that is needed of
+// codes behind here, and found in front of the FIFO it is in no path behind it.
+//
 // Handshake   start_i takes count_i (records) and run_i (records of a slot, a multiple of two bursts; the
 //             last slot may be shorter); with start_runs_i also source_base_i and first_i (first record; a
 //             multiple of two bursts). idle_o must be high. idle_o is high when all records have left
 //             item, and low for some cycles after reset and clear_i.
 //             store: two records into a row of the scratchpad; no store while a merge is not idle.
-//             rd, rsp: the line port. item: valid/ready.
+//             rd, rsp: the line port. item: valid/ready; item_split_o of the first record of a merge is that
+//             between its code and 0.
 // Latency     a start takes 2 cycles; 2 from act to item_valid_o; 2 from a line to the act that needs it.
 // Throughput  one record every 2 cycles.
 // Cut paths   item_ready_i, rd_ready_i and rsp to all outputs. Not cut: store and rsp through a Morton code
@@ -65,7 +69,7 @@ module xy_multimerge #(
     output logic                  item_valid_o,
     input  logic                  item_ready_i,
     output xy_pkg::record_t       item_o,
-    output logic [CodeWidth-1:0]  item_code_o,
+    output xy_pkg::split_t        item_split_o,
 
     output logic                  replace_o  // the heap's top is replaced
 );
@@ -288,12 +292,22 @@ module xy_multimerge #(
   logic [RoomWidth-1:0]   room_q;
   logic                   out_valid_q, fifo_ready, pop;
   logic [RecordWidth-1:0] out_record_q;
-  logic [CodeWidth-1:0]   out_code_q;
+  logic [CodeWidth-1:0]   out_code_q, before_q;  // of the record on its way to the FIFO, of the one before it
   assign room = room_q != '0;
   assign pop  = item_valid_o && item_ready_i;
 
+  xy_pkg::split_t               out_split;
+  logic                         differs;
+  logic [$clog2(CodeWidth)-1:0] highest;
+  xy_msb #(.Width(CodeWidth)) u_split (
+      .bits_i (before_q ^ out_code_q),
+      .any_o  (differs),
+      .index_o(highest)
+  );
+  assign out_split = {differs, 6'(highest)};
+
   xy_fifo #(
-      .Width(CodeWidth + RecordWidth),
+      .Width(xy_pkg::SplitWidth + RecordWidth),
       .Depth(Fifo)
   ) u_fifo (
       .clk_i,
@@ -301,10 +315,10 @@ module xy_multimerge #(
       .clear_i,
       .in_valid_i (out_valid_q),
       .in_ready_o (fifo_ready),
-      .in_data_i  ({out_code_q, out_record_q}),
+      .in_data_i  ({out_split, out_record_q}),
       .out_valid_o(item_valid_o),
       .out_ready_i(item_ready_i),
-      .out_data_o ({item_code_o, item_o})
+      .out_data_o ({item_split_o, item_o})
   );
   logic unused_fifo_ready;
   assign unused_fifo_ready = fifo_ready;
@@ -361,6 +375,8 @@ module xy_multimerge #(
     look_last_q  <= left == IndexWidth'(1);
     out_record_q <= head;
     out_code_q   <= top_code;
+    if (started_q) before_q <= '0;
+    else if (out_valid_q) before_q <= out_code_q;
     if (insert) begin
       insert_slot_q  <= insert_slot_q + 1'b1;
       insert_first_q <= insert_first_q + run_q;
@@ -379,6 +395,9 @@ module xy_multimerge #(
   initial begin
     if ((Capacity & (Capacity - 1)) != 0 || Capacity < 4 * Burst) begin
       $fatal(1, "xy_multimerge: Capacity is %0d, must be a power of two, 4 bursts or more", Capacity);
+    end
+    if (CodeWidth < 2 || CodeWidth > 63) begin
+      $fatal(1, "xy_multimerge: CodeWidth is %0d, must be 2 to 63", CodeWidth);
     end
   end
 

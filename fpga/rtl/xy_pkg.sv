@@ -26,6 +26,15 @@ package xy_pkg;
 
   localparam int unsigned RecordWidth = 32 + 6 * CoordWidth;
 
+  // What lies between two records that follow each other in the order of their codes: whether the codes
+  // differ, and the highest bit in which they do, 0 if in none. A code has 63 bits at most.
+  typedef struct packed {
+    logic       differs;
+    logic [5:0] index;
+  } split_t;
+
+  localparam int unsigned SplitWidth = 1 + 6;
+
   // A finished part of a tree: its box and the pointer to it. count is the number of primitives in a
   // leaf, whose first entry in the leaf table is index; it is 0 for a node, whose number is index.
   typedef struct packed {

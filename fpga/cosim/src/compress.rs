@@ -14,7 +14,7 @@ use crate::bench::{Bench, Stop, Waves};
 use crate::emitter::items;
 use crate::pins;
 use crate::random::Random;
-use crate::types::{record_bytes, subtree_bytes};
+use crate::types::{record_bytes, split, subtree_bytes};
 use crate::verilate::{self, CosimError, Mutation, Unit};
 
 /// A configuration of emitter and compressor, named as in `configs.toml`.
@@ -67,7 +67,7 @@ pub fn build(config: CompressConfig, mutation: Option<Mutation>) -> Result<PathB
 
 pins!(Pins {
     clear_i, start_i, node_base_i, node_size_i, leaf_base_i, leaf_size_i, max_leaf_i, compress_i,
-    modulo_i, item_valid_i, item_i, item_code_i, end_i, rd_ready_i, rsp_valid_i, rsp_data_i,
+    modulo_i, item_valid_i, item_i, item_split_i, end_i, rd_ready_i, rsp_valid_i, rsp_data_i,
     node_wr_ready_i, leaf_wr_ready_i;
     item_ready_o, rd_valid_o, rd_addr_o, node_wr_valid_o, node_wr_addr_o, node_wr_data_o,
     node_wr_strb_o, node_wr_last_o, leaf_wr_valid_o, leaf_wr_addr_o, leaf_wr_data_o, leaf_wr_strb_o, leaf_wr_last_o, repaired_o,
@@ -204,6 +204,8 @@ impl Tree {
         let mut model = CompressUnit::new(&self.build, self.compression, &self.regions, &mut held);
         let (mut image, mut memory) = (vec![0; MEMORY], vec![0; MEMORY]);
         let mut items = self.items.iter().peekable();
+        // The code of the last item that was taken: the first one's split says nothing.
+        let mut before = random.bits() >> 1;
         let (mut offered, mut after, mut failed) = (false, 0, 0u64);
         let (mut flying, mut since_failed, mut seen) = (None::<(u64, u64)>, 0, false);
         for cycle in 1.. {
@@ -221,7 +223,7 @@ impl Tree {
             rtl.set(pins.item_valid_i, item.is_some());
             let shown = item.copied().unwrap_or(Item::ZERO);
             rtl.set_bytes(pins.item_i, &record_bytes(&shown));
-            rtl.set(pins.item_code_i, shown.code);
+            rtl.set(pins.item_split_i, split(before, shown.code));
             rtl.set(pins.end_i, end);
             rtl.set(pins.rd_ready_i, ready[0]);
             rtl.set(pins.node_wr_ready_i, ready[1]);
@@ -276,6 +278,7 @@ impl Tree {
             if let (Ok(did), Some(_)) = (&did, item) {
                 bench.expect(pins.item_ready_o, did.accepted)?;
                 if did.accepted {
+                    before = shown.code;
                     items.next();
                     offered = false;
                 }

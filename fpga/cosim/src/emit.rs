@@ -13,7 +13,7 @@ use crate::bench::{Bench, Stop, Waves};
 use crate::emitter::{Summary, items};
 use crate::pins;
 use crate::random::Random;
-use crate::types::{record_bytes, subtree_bytes};
+use crate::types::{record_bytes, split, subtree_bytes};
 use crate::verilate::{self, CosimError, Mutation, Unit};
 
 /// A configuration of the emitter with its write ports, named as in `configs.toml`.
@@ -21,8 +21,6 @@ use crate::verilate::{self, CosimError, Mutation, Unit};
 pub struct EmitConfig {
     /// Its name.
     pub name: &'static str,
-    /// Bits of a Morton code.
-    pub code_bits: u32,
     /// Lines of a burst of nodes or leaf table entries.
     pub burst_lines: u32,
     /// Layers of treelets of the compressor beside it, which does nothing here.
@@ -31,9 +29,9 @@ pub struct EmitConfig {
 
 impl EmitConfig {
     /// Bursts of two lines, no compressor.
-    pub const SMALL: Self = Self { name: "small", code_bits: 63, burst_lines: 2, depth: 0 };
+    pub const SMALL: Self = Self { name: "small", burst_lines: 2, depth: 0 };
     /// Bursts of eight lines, the builder's.
-    pub const PAPER: Self = Self { name: "paper", code_bits: 63, burst_lines: 8, depth: 2 };
+    pub const PAPER: Self = Self { name: "paper", burst_lines: 8, depth: 2 };
     /// All of them.
     pub const ALL: [Self; 2] = [Self::SMALL, Self::PAPER];
 }
@@ -43,11 +41,7 @@ impl EmitConfig {
 /// # Errors
 /// As [`verilate::unit`].
 pub fn build(config: EmitConfig, mutation: Option<Mutation>) -> Result<PathBuf, CosimError> {
-    let parameters = [
-        ("CodeWidth", config.code_bits.into()),
-        ("BurstLines", config.burst_lines.into()),
-        ("Depth", config.depth.into()),
-    ];
+    let parameters = [("BurstLines", config.burst_lines.into()), ("Depth", config.depth.into())];
     let unit =
         Unit { top: "xy_emit", files: "emit.f", config: config.name, parameters: &parameters };
     verilate::unit(&unit, mutation)
@@ -55,7 +49,7 @@ pub fn build(config: EmitConfig, mutation: Option<Mutation>) -> Result<PathBuf, 
 
 pins!(Pins {
     clear_i, start_i, node_base_i, node_size_i, leaf_base_i, leaf_size_i, max_leaf_i, compress_i,
-    item_valid_i, item_i, item_code_i, end_i, node_wr_ready_i, leaf_wr_ready_i;
+    item_valid_i, item_i, item_split_i, end_i, node_wr_ready_i, leaf_wr_ready_i;
     item_ready_o, rd_valid_o, node_wr_valid_o, node_wr_addr_o, node_wr_data_o, node_wr_strb_o, node_wr_last_o,
     leaf_wr_valid_o, leaf_wr_addr_o, leaf_wr_data_o, leaf_wr_strb_o, leaf_wr_last_o, done_o, error_o,
     root_valid_o, root_o, node_count_o, leaf_count_o, entry_count_o,
@@ -81,7 +75,7 @@ pub fn run(
     let mut random = Random::new(seed);
     let mut summary = Summary::default();
     while bench.cycle() < cycles {
-        let items = items(&mut random, config.code_bits);
+        let items = items(&mut random, 63);
         let len = items.len() as u32;
         let mut size = |bytes: usize| match random.below(6) {
             0 => random.below(u64::from(len) * bytes as u64 + 1) as u32,
@@ -140,6 +134,8 @@ impl Tree<'_> {
         let mut model = EmitUnit::new(&build, &self.regions);
         let mut image = vec![0; MEMORY];
         let mut items = self.items.iter().peekable();
+        // The code of the last item that was taken: the first one's split says nothing.
+        let mut before = random.bits() >> 1;
         let (mut offered, mut after, mut failed) = (false, 0, 0u64);
         for cycle in 1.. {
             offered |= random.below(4) >= self.pause;
@@ -154,7 +150,7 @@ impl Tree<'_> {
             rtl.set(pins.item_valid_i, item.is_some());
             let shown = item.copied().unwrap_or(Item::ZERO);
             rtl.set_bytes(pins.item_i, &record_bytes(&shown));
-            rtl.set(pins.item_code_i, shown.code);
+            rtl.set(pins.item_split_i, split(before, shown.code));
             rtl.set(pins.end_i, end);
             rtl.set(pins.node_wr_ready_i, ready[0]);
             rtl.set(pins.leaf_wr_ready_i, ready[1]);
@@ -193,6 +189,7 @@ impl Tree<'_> {
                         bench.expect(pins.item_ready_o, did.accepted)?;
                     }
                     if did.accepted {
+                        before = shown.code;
                         items.next();
                         offered = false;
                     }

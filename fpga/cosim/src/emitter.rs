@@ -10,39 +10,15 @@ use xylem_core::sort::Item;
 use crate::bench::{Bench, Stop, Waves};
 use crate::pins;
 use crate::random::Random;
-use crate::types::{record_bytes, subtree_bytes};
+use crate::types::{record_bytes, split, subtree_bytes};
 use crate::verilate::{self, CosimError, Mutation, Unit};
 
-/// A configuration of the emitter, named as in `configs.toml`.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct EmitterConfig {
-    /// Its name.
-    pub name: &'static str,
-    /// Bits of a Morton code.
-    pub code_bits: u32,
-}
-
-impl EmitterConfig {
-    /// 63-bit codes.
-    pub const WIDE: Self = Self { name: "wide", code_bits: 63 };
-    /// 30-bit codes.
-    pub const NARROW: Self = Self { name: "narrow", code_bits: 30 };
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::WIDE, Self::NARROW];
-}
-
-/// Builds the emitter in `config`, with a fault if `mutation` says so.
+/// Builds the emitter, with a fault if `mutation` says so.
 ///
 /// # Errors
 /// As [`verilate::unit`].
-pub fn build(config: EmitterConfig, mutation: Option<Mutation>) -> Result<PathBuf, CosimError> {
-    let parameters = [("CodeWidth", config.code_bits.into())];
-    let unit = Unit {
-        top: "xy_emitter",
-        files: "emitter.f",
-        config: config.name,
-        parameters: &parameters,
-    };
+pub fn build(mutation: Option<Mutation>) -> Result<PathBuf, CosimError> {
+    let unit = Unit { top: "xy_emitter", files: "emitter.f", config: "default", parameters: &[] };
     verilate::unit(&unit, mutation)
 }
 
@@ -125,19 +101,19 @@ impl Summary {
 }
 
 pins!(Pins {
-    clear_i, max_leaf_i, item_valid_i, item_i, item_code_i, end_i, node_ready_i, entry_ready_i;
+    clear_i, max_leaf_i, item_valid_i, item_i, item_split_i, end_i, node_ready_i, entry_ready_i;
     item_ready_o, node_valid_o, node_o, left_o, right_o, entry_valid_o, entry_o, done_o, root_valid_o,
     root_o, node_count_o, leaf_count_o, entry_count_o,
 });
 
-/// Builds tree after tree for at least `cycles` cycles, with every output of every cycle compared. Some
-/// trees are given up in the middle.
+/// Builds tree after tree over codes of `code_bits` bits for at least `cycles` cycles, with every output of
+/// every cycle compared. Some trees are given up in the middle.
 ///
 /// # Errors
 /// The first cycle in which the sides differ or the RTL fails.
 pub fn run(
     library: &Path,
-    config: EmitterConfig,
+    code_bits: u32,
     seed: u64,
     cycles: u64,
     waves: Waves,
@@ -147,7 +123,7 @@ pub fn run(
     let mut random = Random::new(seed);
     let mut summary = Summary::default();
     while bench.cycle() < cycles {
-        let items = items(&mut random, config.code_bits);
+        let items = items(&mut random, code_bits);
         let max_leaf = [0, 1, 2, 4, 255][random.below(5) as usize];
         let tree = Tree {
             items: &items,
@@ -184,6 +160,8 @@ impl Tree<'_> {
     ) -> Result<(), Stop> {
         let mut model = EmitterUnit::new(self.max_leaf);
         let mut items = self.items.iter().peekable();
+        // The code of the last item that was taken: the first one's split says nothing.
+        let mut before = random.bits() >> 1;
         let (mut offered, mut entry_ready) = (false, false);
         bench.rtl.set(pins.max_leaf_i, self.max_leaf);
         let mut after = 0;
@@ -203,7 +181,7 @@ impl Tree<'_> {
             rtl.set(pins.item_valid_i, item.is_some());
             let shown = item.copied().unwrap_or(Item::ZERO);
             rtl.set_bytes(pins.item_i, &record_bytes(&shown));
-            rtl.set(pins.item_code_i, shown.code);
+            rtl.set(pins.item_split_i, split(before, shown.code));
             rtl.set(pins.end_i, end);
             rtl.set(pins.node_ready_i, node_ready);
             rtl.set(pins.entry_ready_i, entry_ready);
@@ -237,6 +215,7 @@ impl Tree<'_> {
 
             summary.model_cycles += 1;
             if outputs.item_ready && item.is_some() {
+                before = shown.code;
                 items.next();
                 offered = false;
             }

@@ -22,7 +22,7 @@ use xylem_core::sort::{InputFormat, Item, RecordFormat, SortConfig};
 use crate::bench::{Bench, Stop, Waves};
 use crate::pins;
 use crate::random::Random;
-use crate::types::record_bytes;
+use crate::types::{record_bytes, split};
 use crate::verilate::{self, CosimError, Mutation, Unit};
 
 /// The sizes of the builder's front half, named as in `configs.toml`.
@@ -376,7 +376,7 @@ pins!(Pins {
     clear_i, start_i, wide_i, triangles_i, quiet_i, count_i, primitives_base_i, runs_a_base_i, runs_a_size_i, runs_b_base_i,
     runs_b_size_i, rd_ready_i, rsp_valid_i, rsp_tag_i, rsp_data_i, wr_ready_i, item_ready_i;
     ready_o, rd_valid_o, rd_addr_o, rd_tag_o, wr_valid_o, wr_addr_o, wr_data_o, wr_strb_o,
-    item_valid_o, item_o, item_code_o, end_o, primitive_error_o, region_error_o, error_index_o,
+    item_valid_o, item_o, item_split_o, end_o, primitive_error_o, region_error_o, error_index_o,
 });
 
 /// The merge sort in gates, with a memory.
@@ -387,6 +387,8 @@ pub struct MergeSortRtl {
     memory: FlatMemory,
     /// What the inputs are.
     given: Cycle,
+    /// The code of the last item taken; 0 before the first one.
+    before: u64,
     /// Lines asked for: the tag, and the bytes that were there then; `None` once they have come.
     asked: Vec<Option<(u64, Vec<u8>)>>,
 }
@@ -411,7 +413,7 @@ impl MergeSortRtl {
         let bench = Bench::load(library, seed, waves)?;
         let pins = Pins::new(&bench.rtl);
         let (memory, given) = (FlatMemory::new(0), Cycle::default());
-        Ok(Self { bench, pins, memory, given, asked: Vec::new() })
+        Ok(Self { bench, pins, memory, given, before: 0, asked: Vec::new() })
     }
 
     /// Cycles since the reset.
@@ -446,6 +448,9 @@ impl MergeSortRtl {
             self.set(cycle);
             self.bench.rtl.settle();
             self.compare(cycle)?;
+            if let Some(item) = cycle.item.filter(|_| cycle.item_ready) {
+                self.before = item.code;
+            }
             if self.bench.rtl.is_set(self.pins.item_valid_o) {
                 stream = Some((stream.map_or(at, |(first, _)| first), at));
             }
@@ -466,6 +471,7 @@ impl MergeSortRtl {
     fn start(&mut self, job: &Job) -> Result<(), Stop> {
         self.memory = job.input.clone();
         self.asked.clear();
+        self.before = 0;
         self.set(&Cycle::default());
         let (pins, rtl) = (&self.pins, &mut self.bench.rtl);
         let regions = &job.layout.build;
@@ -544,7 +550,7 @@ impl MergeSortRtl {
         bench.expect(pins.item_valid_o, cycle.item.is_some())?;
         if let Some(item) = cycle.item {
             bench.expect_bytes(pins.item_o, &record_bytes(&item))?;
-            bench.expect(pins.item_code_o, item.code)?;
+            bench.expect(pins.item_split_o, split(self.before, item.code))?;
         }
         bench.expect(pins.end_o, cycle.end)?;
         bench.expect(pins.primitive_error_o, false)?;

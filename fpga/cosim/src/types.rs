@@ -19,6 +19,13 @@ pub fn record_bytes(item: &Item) -> Vec<u8> {
     bytes
 }
 
+/// A `split_t`: whether the code of a record differs from that of the one before it, and the highest bit
+/// in which it does.
+pub fn split(before: u64, code: u64) -> u64 {
+    let bits = before ^ code;
+    u64::from(bits > 0) << 6 | u64::from(bits.checked_ilog2().unwrap_or(0))
+}
+
 /// A `subtree_t`.
 pub fn subtree_bytes(subtree: &Subtree) -> Vec<u8> {
     let (index, count) = match subtree.child {

@@ -1,7 +1,7 @@
 //! The hierarchy emitter in gates against its cycle model.
 
 use xylem_cosim::bench;
-use xylem_cosim::emitter::{self, EmitterConfig, Summary};
+use xylem_cosim::emitter::{self, Summary};
 use xylem_cosim::tools_for;
 use xylem_cosim::verilate::Mutation;
 
@@ -11,43 +11,60 @@ fn rtl_and_model_agree_in_every_output_of_every_cycle() {
         return;
     }
     println!("{}", Summary::HEADER);
-    for (config, seeds) in [(EmitterConfig::WIDE, 1..=3), (EmitterConfig::NARROW, 4..=5)] {
-        let library = emitter::build(config, None).unwrap_or_else(|error| panic!("{error}"));
+    let library = emitter::build(None).unwrap_or_else(|error| panic!("{error}"));
+    for (code_bits, seeds) in [(63, 1..=3), (30, 4..=5)] {
         for seed in seeds {
-            let name = format!("emitter-{}-seed{seed}", config.name);
-            let run = |waves| emitter::run(&library, config, seed, 100_000, waves);
+            let name = format!("emitter-{code_bits}-seed{seed}");
+            let run = |waves| emitter::run(&library, code_bits, seed, 100_000, waves);
             let s = bench::with_waves(&name, run).unwrap_or_else(|stop| panic!("{name}: {stop}"));
             assert_eq!(s.model_cycles, s.rtl_cycles);
             assert!(s.trees > 100 && s.nodes > 10_000, "{s:?}");
-            println!("{}", s.row("emitter lockstep", config.name, seed));
+            let codes = format!("{code_bits}-bit codes");
+            println!("{}", s.row("emitter lockstep", &codes, seed));
         }
     }
 }
 
 /// Faults, each of which the lockstep must see.
-const MUTATIONS: [(&str, Mutation); 8] = [
+const MUTATIONS: [(&str, Mutation); 10] = [
     (
         "subtrees of one level are not joined",
         Mutation {
             file: "xy_emitter.sv",
-            from: "(top.level <= current.level)",
-            to: "(top.level < current.level)",
+            from: "? (top.level <= code_level) : (top.level <= leaf_level)",
+            to: "? (top.level < code_level) : (top.level < leaf_level)",
+        },
+    ),
+    (
+        "a subtree that waits is joined by the item's level",
+        Mutation {
+            file: "xy_emitter.sv",
+            from: "if (pending_valid_q) joins = top.level <= pending_q.level;",
+            to: "",
+        },
+    ),
+    (
+        "the level between leaves is that before the last one",
+        Mutation {
+            file: "xy_emitter.sv",
+            from: "leaves_next ^ (leaves_q + 32'd2)",
+            to: "leaves_next ^ leaves_q",
         },
     ),
     (
         "leaf bits rank with code bits",
         Mutation {
             file: "xy_emitter.sv",
-            from: "LevelWidth'(code_bit) + LevelWidth'(CodeLevel)",
-            to: "LevelWidth'(code_bit)",
+            from: "{item_split_i.index[5], !item_split_i.index[5], item_split_i.index[4:0]}",
+            to: "LevelWidth'(item_split_i.index)",
         },
     ),
     (
         "a leaf may have one primitive too many",
         Mutation {
             file: "xy_emitter.sv",
-            from: "open_size_q < max_leaf_i",
-            to: "open_size_q <= max_leaf_i",
+            from: "open_size_q + 8'd1 < max_leaf_i",
+            to: "open_size_q < max_leaf_i",
         },
     ),
     (
@@ -97,22 +114,9 @@ fn every_fault_put_into_the_rtl_is_seen() {
     if !tools_for("every_fault_put_into_the_rtl_is_seen") {
         return;
     }
-    let config = EmitterConfig::WIDE;
     for (what, mutation) in MUTATIONS {
-        bench::must_see(what, emitter::build(config, Some(mutation)), |faulty| {
-            emitter::run(faulty, config, 11, 30_000, None)
+        bench::must_see(what, emitter::build(Some(mutation)), |faulty| {
+            emitter::run(faulty, 63, 11, 30_000, None)
         });
-    }
-}
-
-#[test]
-fn configurations_are_the_same_in_rust_and_rtl() {
-    let text = include_str!("../../rtl/configs.toml");
-    let table: toml::Table = text.parse().unwrap();
-    let section = table["emitter"].as_table().unwrap();
-    assert_eq!(section.len(), EmitterConfig::ALL.len());
-    for config in EmitterConfig::ALL {
-        let bits = section[config.name]["code_bits"].as_integer();
-        assert_eq!(bits, Some(config.code_bits.into()), "{}", config.name);
     }
 }

@@ -12,7 +12,7 @@ use xylem_cosim::mergesort::{self, MergeSortConfig, Neighbours};
 use xylem_cosim::pins;
 use xylem_cosim::random::Random;
 use xylem_cosim::tools_for;
-use xylem_cosim::types::record_bytes;
+use xylem_cosim::types::{record_bytes, split};
 use xylem_cosim::verilate::{self, CosimError, Mutation, Unit};
 
 fn build(config: MergeSortConfig, mutation: Option<Mutation>) -> Result<PathBuf, CosimError> {
@@ -29,7 +29,7 @@ fn build(config: MergeSortConfig, mutation: Option<Mutation>) -> Result<PathBuf,
 pins!(Pins {
     clear_i, wide_i, start_i, start_runs_i, source_base_i, first_i, count_i, run_i, store_i, store_row_i,
     store_pair_i, rd_ready_i, rsp_valid_i, rsp_tag_i, rsp_data_i, item_ready_i;
-    idle_o, rd_valid_o, rd_addr_o, rd_tag_o, item_valid_o, item_o, item_code_o,
+    idle_o, rd_valid_o, rd_addr_o, rd_tag_o, item_valid_o, item_o, item_split_o,
 });
 
 /// A merge: sorted slots of `run` records from `first` on, in memory or to be stored.
@@ -179,7 +179,8 @@ fn merge(
         bench.expect(pins.item_valid_o, front.is_some())?;
         if let Some(item) = front {
             bench.expect_bytes(pins.item_o, &record_bytes(&item))?;
-            bench.expect(pins.item_code_o, item.code)?;
+            let before = taken.last().map_or(0, |last: &Item| last.code);
+            bench.expect(pins.item_split_o, split(before, item.code))?;
         }
         if done {
             break;
@@ -237,7 +238,7 @@ fn rtl_and_model_agree_in_every_output_of_every_cycle() {
 }
 
 /// Faults, each of which the lockstep must see.
-const MUTATIONS: [(&str, Mutation); 6] = [
+const MUTATIONS: [(&str, Mutation); 8] = [
     (
         "a short burst counts for as many lines as it has",
         Mutation { file: "xy_bursts.sv", from: "(line_q == '0) ? ~last_q : '0", to: "'0" },
@@ -280,6 +281,22 @@ const MUTATIONS: [(&str, Mutation); 6] = [
             file: "xy_multimerge.sv",
             from: "here = full[{slot, 1'b0}];",
             to: "here = full[{slot, 1'b0}] || rsp_valid_i;",
+        },
+    ),
+    (
+        "a split is from the last code looked at",
+        Mutation {
+            file: "xy_multimerge.sv",
+            from: "else if (out_valid_q) before_q <= out_code_q;",
+            to: "else before_q <= out_code_q;",
+        },
+    ),
+    (
+        "the first split is from the last merge",
+        Mutation {
+            file: "xy_multimerge.sv",
+            from: "if (started_q) before_q <= '0;",
+            to: "if (clear_i) before_q <= '0;",
         },
     ),
 ];
