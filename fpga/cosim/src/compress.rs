@@ -205,7 +205,7 @@ impl Tree {
         let (mut image, mut memory) = (vec![0; MEMORY], vec![0; MEMORY]);
         let mut items = self.items.iter().peekable();
         // The code of the last item that was taken: the first one's split says nothing.
-        let mut before = random.bits() >> 1;
+        let mut before = u64::MAX >> 1;
         let (mut offered, mut after, mut failed) = (false, 0, 0u64);
         let (mut flying, mut since_failed, mut seen) = (None::<(u64, u64)>, 0, false);
         for cycle in 1.. {

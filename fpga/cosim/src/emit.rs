@@ -135,7 +135,7 @@ impl Tree<'_> {
         let mut image = vec![0; MEMORY];
         let mut items = self.items.iter().peekable();
         // The code of the last item that was taken: the first one's split says nothing.
-        let mut before = random.bits() >> 1;
+        let mut before = u64::MAX >> 1;
         let (mut offered, mut after, mut failed) = (false, 0, 0u64);
         for cycle in 1.. {
             offered |= random.below(4) >= self.pause;

@@ -161,7 +161,7 @@ impl Tree<'_> {
         let mut model = EmitterUnit::new(self.max_leaf);
         let mut items = self.items.iter().peekable();
         // The code of the last item that was taken: the first one's split says nothing.
-        let mut before = random.bits() >> 1;
+        let mut before = u64::MAX >> 1;
         let (mut offered, mut entry_ready) = (false, false);
         bench.rtl.set(pins.max_leaf_i, self.max_leaf);
         let mut after = 0;
