@@ -1,9 +1,11 @@
 // xy_control lets units run only after a check, ends every job once, and never stays busy for ever.
 //
 // Registers stay as they are from a start until the next; everything else comes as it likes. That jobs
-// come to an end is told as a bound: while nothing moves at the memory port, the control is idle again
-// after the check, a time-out in which the units say nothing, and another in which memory does not. Not
-// counted is the time that it waits for a unit to be ready.
+// come to an end is told as a bound: while something is under way at the memory port and nothing moves, the
+// control is idle again after the check, a time-out in which the units say nothing, and another in which
+// memory does not. Not counted is the time that it waits for a unit to be ready, and that in which one runs and nothing is
+// under way; nothing but what the unit says, or who stops it, ends that. fv_port promises that no
+// request waits while nothing is under way.
 module fv_control (
     input logic        clk_i,
     input logic        start_i,
@@ -133,6 +135,7 @@ module fv_control (
   logic       ran = 1'b0;         // its unit has been started
   logic       fault;              // of the running job, or of one before it
   logic [4:0] still = '0;         // cycles without movement, while busy
+  logic [4:0] owed = '0, was_owed = '0;  // of these, the last in which something was under way for a running unit
   logic       was_fault = 1'b0, was_end = 1'b0, was_well, was_failed = 1'b0, was_done = 1'b0;
   logic       was_reset = 1'b0, was_running = 1'b0, was_clear = 1'b0;
   logic [43:0] error, was_error;
@@ -148,6 +151,8 @@ module fv_control (
       job        <= 1'b0;
       ran        <= 1'b0;
       still      <= '0;
+      owed       <= '0;
+      was_owed   <= '0;
       was_fault  <= 1'b0;
       was_end    <= 1'b0;
       was_failed <= 1'b0;
@@ -160,8 +165,11 @@ module fv_control (
       else if (fresh) job <= 1'b1;
       if (soft_reset_i || ended_well || ended_badly) ran <= 1'b0;
       else if (start) ran <= 1'b1;
-      if (!busy || moved_i || soft_reset_i) still <= '0;
+      if (!busy || moved_i || soft_reset_i || (running && idle_i)) still <= '0;
       else if (!(state == Check && checked == 3'(CheckCycles - 1) && !unit_ready_i)) still <= still + 1'b1;
+      if (!running || moved_i || idle_i) owed <= '0;
+      else if (owed != '1) owed <= owed + 1'b1;
+      was_owed   <= owed;
       was_fault  <= fault;
       was_end    <= ended_well || ended_badly;
       was_well   <= ended_well;
@@ -189,6 +197,7 @@ module fv_control (
         h_all_checked : assert (config_ok && pair_bad == '0);
         h_first : assert (ran != first_run);
         h_run_time : assert (still <= 5'(CheckCycles) + 5'(timer));
+        h_owed : assert (5'(timer) <= owed);
       end else begin
         h_not_first : assert (!first_run);
       end
@@ -227,6 +236,10 @@ module fv_control (
 
       // Time.
       a_comes_to_an_end : assert (still <= 5'(Bound));
+      // Nothing else went wrong.
+      if (was_running && failed && !was_failed && !was_fault) begin
+        a_given_up_for_memory : assert (code == 4'd6 && was_owed >= 5'(TimeOut));
+      end
 
       c_well : cover (was_end && was_well);
       c_overlap : cover (was_end && !was_well && region_valid);

@@ -1,7 +1,8 @@
 // xy_port lets nothing out that was not asked for inside its region, keeps the rules of AXI4, and gives
 // nothing back that was not asked for.
 //
-// A read of a line is not taken while a write of it is under way: one such write, any, is watched.
+// A read of a line does not leave while a write of it is under way: one such write, any, is watched. A read
+// that is already on its channel when such a write comes was asked for before it.
 // The regions are any, and stay; requests come as they like, also outside their regions, and so does
 // what the slave says, also what AXI4 forbids it.
 module fv_port #(
@@ -116,44 +117,89 @@ module fv_port #(
 
   // --- Requests ---
 
-  // Whether a line is in a region, said with ends where the guard says it with lengths.
-  logic rd_inside, wr_inside, rd_taken, wr_taken;
-  assign rd_inside = rd_addr_i[31:6] >= base[rd_region_i]
-      && {1'b0, rd_addr_i[31:6]} < {1'b0, base[rd_region_i]} + {1'b0, lines[rd_region_i]};
-  assign wr_inside = wr_addr_i[31:6] >= base[wr_region_i]
-      && {1'b0, wr_addr_i[31:6]} < {1'b0, base[wr_region_i]} + {1'b0, lines[wr_region_i]};
-  assign rd_taken  = rst_ni && rd_valid_i && rd_ready;
-  assign wr_taken  = rst_ni && wr_valid_i && wr_ready;
+  // Whether a line is in a region.
+  logic [1:0][26:0] ends;
+  assign ends = {{1'b0, base[1]} + {1'b0, lines[1]}, {1'b0, base[0]} + {1'b0, lines[0]}};
 
-  // What was taken and is not yet on its way.
-  logic                 read_waits = 1'b0, write_waits = 1'b0, data_waits = 1'b0;
-  logic [25:0]          read_line, write_line;
-  logic                 read_region, write_region;
-  logic [LineBits-1:0]  data;   // what is left of it
-  logic [LineBytes-1:0] strb;
-  logic [3:0]           sent;   // beats
-  logic [2:0]           unanswered = '0;
+  logic rd_inside, wr_inside, rd_taken, wr_taken, outside = 1'b0;
+  assign rd_inside = rd_addr_i[31:6] >= base[rd_region_i]
+      && {1'b0, rd_addr_i[31:6]} < ends[rd_region_i];
+  assign wr_inside = wr_addr_i[31:6] >= base[wr_region_i]
+      && {1'b0, wr_addr_i[31:6]} < ends[wr_region_i];
+  assign rd_taken  = rst_ni && rd_valid_i && rd_ready && rd_inside;
+  assign wr_taken  = rst_ni && wr_valid_i && wr_ready && wr_inside;
+  always_ff @(posedge clk_i) begin
+    outside <= rst_ni && (rd_valid_i && !rd_inside || wr_valid_i && !wr_inside);
+  end
+
+  // What was taken and is not yet on its way: two of each at most, in order.
+  logic [1:0]                 rd_put = '0, rd_get = '0, wr_put = '0, wr_get = '0, rd_count, wr_count;
+  logic [1:0][25:0]           rd_line, wr_line;
+  logic [1:0]                 rd_region, wr_region;
+  logic [1:0][1:0]            rd_tag;
+  logic                       rd_sent, aw_sent, w_sent, wr_sent;
+  logic                       address_done = 1'b0, data_done = 1'b0;
+  logic [3:0]                 sent = '0;  // beats
+  logic [2:0]                 unanswered = '0;
+  assign rd_count = rd_put - rd_get;
+  assign wr_count = wr_put - wr_get;
+  assign rd_sent  = arvalid && arready_i;
+  assign aw_sent  = awvalid && awready_i;
+  assign w_sent   = wvalid && wready_i && sent == 4'(Beats - 1);
+  assign wr_sent  = wr_count != '0 && (aw_sent || address_done) && (w_sent || data_done);
 
   always_ff @(posedge clk_i) begin
-    if (rd_taken) begin
-      read_line   <= rd_addr_i[31:6];
-      read_region <= rd_region_i;
-    end
-    read_waits <= rst_ni && (rd_taken || (read_waits && !arready_i));
-    if (wr_taken) begin
-      write_line   <= wr_addr_i[31:6];
-      write_region <= wr_region_i;
-      data         <= wr_data_i;
-      strb         <= wr_strb_i;
+    if (!rst_ni) begin
+      rd_put       <= '0;
+      rd_get       <= '0;
+      wr_put       <= '0;
+      wr_get       <= '0;
+      address_done <= 1'b0;
+      data_done    <= 1'b0;
       sent         <= '0;
-    end else if (data_waits && wready_i) begin
-      data <= data >> DataWidth;
-      strb <= strb >> (DataWidth / 8);
-      sent <= sent + 1'b1;
+      unanswered   <= '0;
+    end else begin
+      if (rd_taken) begin
+        rd_put               <= rd_put + 1'b1;
+        rd_line[rd_put[0]]   <= rd_addr_i[31:6];
+        rd_region[rd_put[0]] <= rd_region_i;
+        rd_tag[rd_put[0]]    <= rd_tag_i;
+      end
+      if (rd_sent) rd_get <= rd_get + 1'b1;
+      if (wr_taken) begin
+        wr_put               <= wr_put + 1'b1;
+        wr_line[wr_put[0]]   <= wr_addr_i[31:6];
+        wr_region[wr_put[0]] <= wr_region_i;
+      end
+      if (wr_sent) wr_get <= wr_get + 1'b1;
+      address_done <= !wr_sent && (address_done || aw_sent);
+      data_done    <= !wr_sent && (data_done || w_sent);
+      if (wvalid && wready_i) sent <= sent == 4'(Beats - 1) ? '0 : sent + 1'b1;
+      unanswered <= unanswered + 3'(wr_taken) - 3'(bvalid_i && unanswered != '0);
     end
-    write_waits <= rst_ni && (wr_taken || (write_waits && !awready_i));
-    data_waits  <= rst_ni && (wr_taken || (data_waits && !(wready_i && sent == 4'(Beats - 1))));
-    unanswered  <= rst_ni ? unanswered + 3'(wr_taken) - 3'(bvalid_i && unanswered != '0) : '0;
+  end
+
+  // --- The bytes of a write, any ---
+
+  (* anyseq *) logic                 follow;
+  logic                              followed = 1'b0, slot;
+  logic [Beats-1:0][DataWidth-1:0]   data;
+  logic [Beats-1:0][DataWidth/8-1:0] strb;
+  logic [DataWidth-1:0]              beat_data;
+  logic [DataWidth/8-1:0]            beat_strb;
+  assign beat_data = data[Beats > 1 ? sent[1:0] : 2'd0];
+  assign beat_strb = strb[Beats > 1 ? sent[1:0] : 2'd0];
+  always_ff @(posedge clk_i) begin
+    if (!rst_ni) begin
+      followed <= 1'b0;
+    end else if (!followed) begin
+      followed <= wr_taken && follow;
+      slot     <= wr_put[0];
+      data     <= wr_data_i;
+      strb     <= wr_strb_i;
+    end else if (wr_sent && wr_get[0] == slot) begin
+      followed <= 1'b0;
+    end
   end
 
   // --- A line that is written, and how many before it have had no response ---
@@ -201,9 +247,9 @@ module fv_port #(
         asked[row] <= 1'b0;
         oldest     <= oldest + 1'b1;
       end
-      if (rd_taken) begin
+      if (rd_sent) begin
         asked[next] <= 1'b1;
-        rows[next]  <= {rd_tag_i, rd_addr_i[31:6]};
+        rows[next]  <= {rd_tag[rd_get[0]], rd_line[rd_get[0]]};
         next        <= next + 1'b1;
       end
       if (rvalid_i && asked[row]) begin
@@ -238,22 +284,22 @@ module fv_port #(
   always_comb begin
     if (rst_ni) begin
       // Regions.
-      a_violation : assert (violation == (rd_valid_i && !rd_inside || wr_valid_i && !wr_inside));
-      if (rd_taken) a_read_inside : assert (rd_inside);
-      if (wr_taken) a_write_inside : assert (wr_inside);
-      a_read_out : assert (arvalid == read_waits);
-      a_write_out : assert (awvalid == write_waits);
+      a_violation : assert (violation == outside);
       if (arvalid) begin
-        a_read_address : assert (araddr == {read_line, 6'd0});
+        a_read_was_asked_for : assert (rd_count != '0);
+        a_read_address : assert (araddr == {rd_line[rd_get[0]], 6'd0});
         a_read_in_region :
-        assert (read_line >= base[read_region]
-            && {1'b0, read_line} < {1'b0, base[read_region]} + {1'b0, lines[read_region]});
+        assert (rd_line[rd_get[0]] >= base[rd_region[rd_get[0]]]
+            && {1'b0, rd_line[rd_get[0]]}
+                < ends[rd_region[rd_get[0]]]);
       end
+      a_write_out : assert (awvalid == (wr_count != '0 && !address_done));
       if (awvalid) begin
-        a_write_address : assert (awaddr == {write_line, 6'd0});
+        a_write_address : assert (awaddr == {wr_line[wr_get[0]], 6'd0});
         a_write_in_region :
-        assert (write_line >= base[write_region]
-            && {1'b0, write_line} < {1'b0, base[write_region]} + {1'b0, lines[write_region]});
+        assert (wr_line[wr_get[0]] >= base[wr_region[wr_get[0]]]
+            && {1'b0, wr_line[wr_get[0]]}
+                < ends[wr_region[wr_get[0]]]);
       end
       a_whole_lines :
       assert (arlen == 8'(Beats - 1) && awlen == arlen && arburst == 2'd1 && awburst == 2'd1
@@ -263,9 +309,10 @@ module fv_port #(
       if (ar_held) a_ar_stable : assert (arvalid && ar == ar_was);
       if (aw_held) a_aw_stable : assert (awvalid && aw == aw_was);
       if (w_held) a_w_stable : assert (wvalid && w == w_was);
-      a_data_out : assert (wvalid == data_waits);
+      a_data_out : assert (wvalid == (wr_count != '0 && !data_done));
       if (wvalid) begin
-        a_data : assert (wdata == data[DataWidth-1:0] && wstrb == strb[DataWidth/8-1:0]);
+        a_data :
+        assert (!(followed && slot == wr_get[0]) || (wdata == beat_data && wstrb == beat_strb));
         a_last : assert (wlast == (sent == 4'(Beats - 1)));
       end
 
@@ -278,13 +325,16 @@ module fv_port #(
           a_answer_error : assert (rsp_error == (rresp_i[1] || (beats != '0 && faulty)));
         end
       end
-      if (rd_taken) a_room : assert (!asked[next]);
+      if (arvalid) a_room : assert (!asked[next]);
       a_writes_bounded : assert (unanswered <= 3'(Writes) && quiet == (unanswered == '0));
-      if (rd_taken && watching) a_read_after_write : assert (rd_addr_i[31:6] != watched);
-      a_idle : assert (idle == (asked == '0 && unanswered == '0));
+      if (arvalid && !ar_held && watching) a_read_after_write : assert (araddr[31:6] != watched);
+      a_idle :
+      assert (idle == (asked == '0 && rd_count == '0 && unanswered == '0 && wr_count == '0));
+      // With a_comes_to_an_end of fv_control: who waits for memory has its time counted.
+      if (idle) a_idle_takes : assert (rd_ready && wr_ready);
 
-      c_table_full : cover (asked == '1 && !arvalid);
-      c_waits : cover (watching && ahead == 3'd2 && rd_valid_i && rd_inside && !rd_ready);
+      c_table_full : cover (asked == '1 && rd_count == 2'd2);
+      c_waits : cover (watching && ahead == 3'd2 && rd_count == 2'd1 && !arvalid && asked == '0);
       c_answer : cover (rsp_valid && beats == 4'(Beats - 1) && !rsp_error);
       c_line_written : cover (wvalid && wlast && wready_i && quiet == 1'b0 && !awvalid);
     end
@@ -296,11 +346,17 @@ module fv_port #(
   localparam int unsigned Held      = Beats > 1 ? LineBits - DataWidth : DataWidth;
 
   (* hierconn *) logic [3:0]           \u_port.u_read.busy_q ;
-  (* hierconn *) logic [1:0]           \u_port.u_read.next_q , \u_port.u_read.ar_row_q ;
+  (* hierconn *) logic [1:0]           \u_port.u_read.next_q ;
+  (* hierconn *) logic                 \u_port.u_read.offered_q ;
   (* hierconn *) logic [27:0]          \u_port.u_read.table_q[0] , \u_port.u_read.table_q[1] ;
   (* hierconn *) logic [27:0]          \u_port.u_read.table_q[2] , \u_port.u_read.table_q[3] ;
-  (* hierconn *) logic [LineBits-1:0]  \u_port.u_write.data_q ;
-  (* hierconn *) logic [LineBytes-1:0] \u_port.u_write.strb_q ;
+  (* hierconn *) logic [1:0]           \u_port.u_read.u_queue.write_q , \u_port.u_read.u_queue.read_q ;
+  (* hierconn *) logic [27:0]          \u_port.u_read.u_queue.u_ram.gen_distributed.mem[0] ;
+  (* hierconn *) logic [27:0]          \u_port.u_read.u_queue.u_ram.gen_distributed.mem[1] ;
+  (* hierconn *) logic [1:0]           \u_port.u_write.u_queue.write_q , \u_port.u_write.u_queue.read_q ;
+  (* hierconn *) logic [601:0]         \u_port.u_write.u_queue.u_ram.gen_distributed.mem[0] ;
+  (* hierconn *) logic [601:0]         \u_port.u_write.u_queue.u_ram.gen_distributed.mem[1] ;
+  (* hierconn *) logic                 \u_port.u_write.aw_done_q , \u_port.u_write.w_done_q ;
   (* hierconn *) logic [2:0]           \u_port.u_write.count_q ;
   (* hierconn *) logic [BeatWidth-1:0] \u_port.u_write.beat_q ;
   (* hierconn *) logic [3:0]           \u_port.u_write.sent_q ;
@@ -317,6 +373,17 @@ module fv_port #(
   (* hierconn *) logic [Held-1:0] \u_port.u_read.gen_ordered.held_q ;
   (* hierconn *) logic            \u_port.u_read.gen_ordered.error_q ;
 
+  logic [1:0][27:0]  rd_words;
+  logic [1:0][601:0] wr_words;
+  assign rd_words = {
+    \u_port.u_read.u_queue.u_ram.gen_distributed.mem[1] ,
+    \u_port.u_read.u_queue.u_ram.gen_distributed.mem[0]
+  };
+  assign wr_words = {
+    \u_port.u_write.u_queue.u_ram.gen_distributed.mem[1] ,
+    \u_port.u_write.u_queue.u_ram.gen_distributed.mem[0]
+  };
+
   logic [Reads-1:0][27:0] table_rows;
   assign table_rows = {
     \u_port.u_read.table_q[3] ,
@@ -328,14 +395,39 @@ module fv_port #(
   always_comb begin
     if (rst_ni) begin
       for (int unsigned i = 0; i < 2; i++) begin
-        assert (\u_port.end_q [i] == {1'b0, base[i]} + {1'b0, lines[i]});
+        assert (\u_port.end_q [i] == ends[i]);
       end
       h_rows : assert (\u_port.u_read.busy_q == asked && \u_port.u_read.next_q == next);
       for (int unsigned i = 0; i < Reads; i++) assert (!asked[i] || table_rows[i] == rows[i]);
       h_count : assert (\u_port.u_write.count_q == unanswered);
-      if (data_waits) begin
-        h_data : assert (\u_port.u_write.data_q == data && \u_port.u_write.strb_q == strb);
-        h_sent : assert (sent < 4'(Beats));
+      h_queues :
+      assert (rd_count <= 2'd2 && wr_count <= 2'd2
+          && \u_port.u_read.u_queue.write_q == rd_put && \u_port.u_read.u_queue.read_q == rd_get
+          && \u_port.u_write.u_queue.write_q == wr_put && \u_port.u_write.u_queue.read_q == wr_get);
+      for (int unsigned i = 0; i < 2; i++) begin
+        if (rd_count == 2'd2 || (rd_count == 2'd1 && rd_get[0] == 1'(i))) begin
+          assert (rd_words[i] == {rd_tag[i], rd_line[i]});
+          assert (rd_line[i] >= base[rd_region[i]]
+              && {1'b0, rd_line[i]} < ends[rd_region[i]]);
+        end
+        if (wr_count == 2'd2 || (wr_count == 2'd1 && wr_get[0] == 1'(i))) begin
+          assert (wr_words[i][601-:26] == wr_line[i]);
+          assert (wr_line[i] >= base[wr_region[i]]
+              && {1'b0, wr_line[i]} < ends[wr_region[i]]);
+        end
+      end
+      if (followed) begin
+        assert (wr_count == 2'd2 || (wr_count == 2'd1 && wr_get[0] == slot));
+        assert (wr_words[slot][575:0] == {strb, data});
+      end
+      h_offered : assert (\u_port.u_read.offered_q == ar_held);
+      if (ar_held) assert (rd_count != '0 && !asked[next] && ar_was == ar);
+      h_done :
+      assert (\u_port.u_write.aw_done_q == address_done && \u_port.u_write.w_done_q == data_done
+          && !(address_done && data_done) && (wr_count != '0 || !address_done && !data_done)
+          && sent < 4'(Beats) && ((wr_count != '0 && !data_done) || sent == '0));
+      for (int unsigned i = 0; i < Writes; i++) begin
+        assert (\u_port.u_write.sent_q [i] == (3'(2'(2'(i) - \u_port.u_write.first_q )) < unanswered));
       end
       h_turn : assert (\u_port.u_write.free_q == \u_port.u_write.first_q + unanswered[1:0]);
       if (watching) begin
@@ -343,7 +435,7 @@ module fv_port #(
         assert (ahead < unanswered && \u_port.u_write.sent_q [place]
             && \u_port.u_write.waiting_q [place] == watched);
       end
-      h_beat : assert (4'(\u_port.u_write.beat_q ) == (data_waits ? sent : 4'd0));
+      h_beat : assert (4'(\u_port.u_write.beat_q ) == sent);
     end
   end
 

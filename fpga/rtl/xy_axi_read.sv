@@ -1,21 +1,22 @@
 // Read half of the AXI4 master: one line of 64 bytes a request, one INCR burst a line.
 //
-//   rd_* ──► one request held ──► AR        R ──► line assembled ──► rsp_*
-//               │                                      ▲
-//               └────► table of lines under way ───────┘  tag and address
+//   rd_* ──► queue ──┬──► AR                R ──► line assembled ──► rsp_*
+//                    │                                 ▲
+//                    └──► table of lines under way ────┘  tag and address
 //
 // With a bus as wide as a line (DataWidth = 512) every line has an ID of its own and may come back in
 // any order; on a narrower one all lines have ID 0, which AXI keeps in order, so that beats of two
 // lines never mix.
 //
-// Handshake   rd_valid_i and rd_ready_o both high: the request is taken. It is then on AR until the
-//             slave takes it, whatever becomes of the unit that asked: AXI's rule for VALID.
+// Handshake   rd_valid_i and rd_ready_o both high: the request is taken, and made whatever becomes of the
+//             unit that asked. Once on AR it stays until the slave takes it: AXI's rule for VALID.
+//             pending_i: the line line_o, the next one to go to AR, must not be read yet.
 //             rsp_valid_o is high for one cycle a line and cannot be refused: ask for what there is
 //             room for.
 // Latency     1 cycle from rd_valid_i to arvalid_o; 0 from the last beat to rsp_valid_o.
 // Throughput  one request a cycle while the slave takes them; one beat a cycle.
 // Errors      rsp_error_o with the line, once its last beat has come, if any beat was not OKAY.
-// Cut paths   none from R to rsp_*; rd_ready_o depends on arready_i.
+// Cut paths   none from R to rsp_*; rd_ready_o is a matter of registers.
 module xy_axi_read #(
     parameter int unsigned DataWidth = 512,  // 32, 64, 128, 256 or 512
     parameter int unsigned IdWidth   = 4,    // 2^IdWidth lines may be under way
@@ -35,9 +36,12 @@ module xy_axi_read #(
     output logic [TagWidth-1:0]           rsp_tag_o,
     output logic [xy_pkg::LineBits-1:0]   rsp_data_o,
 
-    output logic                          idle_o,       // nothing held, nothing under way
+    output logic [25:0]                   line_o,
+    input  logic                          pending_i,
+
+    output logic                          idle_o,       // nothing queued, nothing under way
     output logic                          oldest_valid_o,
-    output logic [31:0]                   oldest_o,     // address of a line under way or held
+    output logic [31:0]                   oldest_o,     // address of a line under way or queued
 
     output logic                          arvalid_o,
     input  logic                          arready_i,
@@ -61,19 +65,32 @@ module xy_axi_read #(
 
   // --- Requests ---
 
+  logic                head_valid, leaves;
+  logic [RowWidth-1:0] head;
+  xy_fifo #(
+      .Width(RowWidth),
+      .Depth(2)
+  ) u_queue (
+      .clk_i,
+      .rst_ni,
+      .clear_i    (1'b0),
+      .in_valid_i (rd_valid_i),
+      .in_ready_o (rd_ready_o),
+      .in_data_i  ({rd_tag_i, rd_addr_i[31:6]}),
+      .out_valid_o(head_valid),
+      .out_ready_i(leaves),
+      .out_data_o (head)
+  );
+  assign line_o = head[25:0];
+
   // Rows of the table are given out in turn. Where lines overtake each other a row may still be busy
   // when its turn comes; then the next request waits for it.
   logic [Lines-1:0]   busy_q;
   logic [IdWidth-1:0] next_q;
-  logic               ar_valid_q;
-  logic [IdWidth-1:0] ar_row_q;
-  logic [25:0]        ar_line_q;
+  logic               offered_q;  // on AR and not yet taken: a later write of the line does not matter
 
-  logic take, row_free, ar_free;
-  assign row_free   = !busy_q[next_q];
-  assign ar_free    = !ar_valid_q || arready_i;
-  assign rd_ready_o = row_free && ar_free;
-  assign take       = rd_valid_i && rd_ready_o;
+  assign arvalid_o = head_valid && !busy_q[next_q] && (offered_q || !pending_i);
+  assign leaves    = arvalid_o && arready_i;
 
   // --- Responses ---
 
@@ -124,12 +141,12 @@ module xy_axi_read #(
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      busy_q     <= '0;
-      next_q     <= '0;
-      ar_valid_q <= 1'b0;
+      busy_q    <= '0;
+      next_q    <= '0;
+      offered_q <= 1'b0;
     end else begin
-      if (ar_free) ar_valid_q <= take;
-      if (take) begin
+      offered_q <= arvalid_o && !arready_i;
+      if (leaves) begin
         busy_q[next_q] <= 1'b1;
         next_q         <= next_q + 1'b1;
       end
@@ -138,32 +155,29 @@ module xy_axi_read #(
     end
   end
 
-  always_ff @(posedge clk_i) begin
-    if (take) begin
-      ar_row_q  <= next_q;
-      ar_line_q <= rd_addr_i[31:6];
-    end
-  end
-
   // --- The table ---
 
   (* ram_style = "distributed" *)
   logic [RowWidth-1:0] table_q[Lines];
   logic [RowWidth-1:0] entry;
-  always_ff @(posedge clk_i) if (take) table_q[next_q] <= {rd_tag_i, rd_addr_i[31:6]};
+  always_ff @(posedge clk_i) if (leaves) table_q[next_q] <= head;
   assign entry       = table_q[row];
   assign rsp_valid_o = last;
   assign rsp_tag_o   = entry[26+:TagWidth];
   assign rsp_addr_o  = {entry[25:0], 6'd0};
 
-  assign idle_o         = busy_q == '0;
-  assign oldest_valid_o = busy_q != '0;
-  // In order, the row that waits; else the request held, which is as good a hint.
-  assign oldest_o       = Ordered ? {entry[25:0], 6'd0} : {ar_line_q, 6'd0};
+  logic [25:0] sent_line_q;
+  always_ff @(posedge clk_i) if (leaves) sent_line_q <= head[25:0];
 
-  assign arvalid_o = ar_valid_q;
-  assign arid_o    = Ordered ? '0 : ar_row_q;
-  assign araddr_o  = {ar_line_q, 6'd0};
+  logic waits;
+  assign waits          = busy_q != '0;
+  assign idle_o         = !waits && !head_valid;
+  assign oldest_valid_o = !idle_o;
+  // In order, the row that waits; else the last request, which is as good a hint.
+  assign oldest_o       = {!waits ? head[25:0] : Ordered ? entry[25:0] : sent_line_q, 6'd0};
+
+  assign arid_o    = Ordered ? '0 : next_q;
+  assign araddr_o  = {head[25:0], 6'd0};
   assign arlen_o   = 8'(Beats - 1);
   assign arsize_o  = 3'($clog2(DataWidth / 8));
   assign arburst_o = 2'b01;

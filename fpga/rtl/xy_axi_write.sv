@@ -1,14 +1,17 @@
 // Write half of the AXI4 master: one line of 64 bytes a request, one INCR burst a line.
 //
-// Handshake   wr_valid_i and wr_ready_o both high: the line is taken. Address and data are then on AW
-//             and W until the slave has taken each, whatever becomes of the unit that wrote: AXI's
+//   wr_* ──┬──► queue ──► AW, W
+//          └──► addresses of lines without response ──► pending_o     B ──► the first one leaves
+//
+// Handshake   wr_valid_i and wr_ready_o both high: the line is taken, and written whatever becomes of the
+//             unit that wrote. Address and data are on AW and W until the slave has taken each: AXI's
 //             rule for VALID. Writes are posted; lines are written in order (one ID).
 // Latency     1 cycle from wr_valid_i to awvalid_o and wvalid_o.
 // Throughput  one line in LineBits / DataWidth cycles while the slave takes them.
 // Errors      error_o for one cycle, with the line's address, when its response was not OKAY.
-// Order       pending_o: the line at probe_addr_i is still under way. AXI4 does not order reads after
-//             writes, so such a line must not be read yet.
-// Cut paths   wr_ready_o depends on awready_i and wready_i; error_o on bvalid_i; pending_o on probe_addr_i.
+// Order       pending_o: the line probe_i is queued or under way. AXI4 does not order reads after writes,
+//             so such a line must not be read yet.
+// Cut paths   wr_ready_o is a matter of registers; error_o depends on bvalid_i, pending_o on probe_i.
 module xy_axi_write #(
     parameter int unsigned DataWidth = 512,  // 32, 64, 128, 256 or 512
     parameter int unsigned IdWidth   = 4,
@@ -23,7 +26,7 @@ module xy_axi_write #(
     input  logic [xy_pkg::LineBits-1:0]   wr_data_i,
     input  logic [xy_pkg::LineBytes-1:0]  wr_strb_i,
 
-    input  logic [31:0]                   probe_addr_i,
+    input  logic [25:0]                   probe_i,
     output logic                          pending_o,
 
     output logic                          error_o,
@@ -51,12 +54,12 @@ module xy_axi_write #(
   localparam int unsigned Lines     = 2 ** LogLines;
   localparam int unsigned Beats     = xy_pkg::LineBits / DataWidth;
   localparam int unsigned BeatWidth = Beats > 1 ? $clog2(Beats) : 1;
+  localparam int unsigned Width     = 26 + xy_pkg::LineBytes + xy_pkg::LineBits;
 
-  logic                         aw_valid_q, w_valid_q;
-  logic [25:0]                  line_q;
-  logic [xy_pkg::LineBits-1:0]  data_q;
-  logic [xy_pkg::LineBytes-1:0] strb_q;
-  logic [BeatWidth-1:0]         beat_q;
+  logic                              queue_ready, head_valid, leaves;
+  logic [25:0]                       line;
+  logic [Beats-1:0][DataWidth-1:0]   data;
+  logic [Beats-1:0][DataWidth/8-1:0] strb;
 
   // Addresses of lines that wait for their responses, oldest first.
   logic [Lines-1:0][25:0] waiting_q;
@@ -64,26 +67,47 @@ module xy_axi_write #(
   logic [LogLines:0]   count_q;
   logic [LogLines-1:0] first_q, free_q;
 
-  logic take, respond, last_beat, aw_ends, w_ends;
-  assign last_beat  = beat_q == BeatWidth'(Beats - 1);
-  assign aw_ends    = !aw_valid_q || awready_i;
-  assign w_ends     = !w_valid_q || (wready_i && last_beat);
-  assign wr_ready_o = aw_ends && w_ends && !count_q[LogLines];
+  logic take, respond;
+  assign wr_ready_o = queue_ready && !count_q[LogLines];
   assign take       = wr_valid_i && wr_ready_o;
   assign respond    = bvalid_i && (count_q != '0);
 
+  xy_fifo #(
+      .Width(Width),
+      .Depth(2)
+  ) u_queue (
+      .clk_i,
+      .rst_ni,
+      .clear_i    (1'b0),
+      .in_valid_i (wr_valid_i && !count_q[LogLines]),
+      .in_ready_o (queue_ready),
+      .in_data_i  ({wr_addr_i[31:6], wr_strb_i, wr_data_i}),
+      .out_valid_o(head_valid),
+      .out_ready_i(leaves),
+      .out_data_o ({line, strb, data})
+  );
+
+  // What of the line at the head has been taken: its address, so many beats, all beats.
+  logic                 aw_done_q, w_done_q;
+  logic [BeatWidth-1:0] beat_q;
+  logic                 last_beat, aw_ends, w_ends;
+  assign last_beat = beat_q == BeatWidth'(Beats - 1);
+  assign aw_ends   = aw_done_q || awready_i;
+  assign w_ends    = w_done_q || (wready_i && last_beat);
+  assign leaves    = head_valid && aw_ends && w_ends;
+
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      aw_valid_q <= 1'b0;
-      w_valid_q  <= 1'b0;
-      beat_q     <= '0;
-      count_q    <= '0;
-      first_q    <= '0;
-      free_q     <= '0;
-      sent_q     <= '0;
+      aw_done_q <= 1'b0;
+      w_done_q  <= 1'b0;
+      beat_q    <= '0;
+      count_q   <= '0;
+      first_q   <= '0;
+      free_q    <= '0;
+      sent_q    <= '0;
     end else begin
-      if (take || awready_i) aw_valid_q <= take;
-      if (take || (wready_i && last_beat)) w_valid_q <= take;
+      if (head_valid) aw_done_q <= aw_ends && !w_ends;
+      if (head_valid) w_done_q <= w_ends && !aw_ends;
       if (wvalid_o && wready_i) beat_q <= last_beat ? '0 : beat_q + 1'b1;
       if (take) free_q <= free_q + 1'b1;
       if (take) sent_q[free_q] <= 1'b1;
@@ -94,29 +118,7 @@ module xy_axi_write #(
   end
 
   always_ff @(posedge clk_i) begin
-    if (take) begin
-      line_q            <= wr_addr_i[31:6];
-      waiting_q[free_q] <= wr_addr_i[31:6];
-    end
-  end
-
-  if (Beats > 1) begin : gen_shift
-    always_ff @(posedge clk_i) begin
-      if (take) begin
-        data_q <= wr_data_i;
-        strb_q <= wr_strb_i;
-      end else if (wready_i) begin
-        data_q <= data_q >> DataWidth;
-        strb_q <= strb_q >> (DataWidth / 8);
-      end
-    end
-  end else begin : gen_hold
-    always_ff @(posedge clk_i) begin
-      if (take) begin
-        data_q <= wr_data_i;
-        strb_q <= wr_strb_i;
-      end
-    end
+    if (take) waiting_q[free_q] <= wr_addr_i[31:6];
   end
 
   assign error_o  = respond && bresp_i[1];
@@ -126,24 +128,29 @@ module xy_axi_write #(
   always_comb begin
     pending_o = 1'b0;
     for (int unsigned i = 0; i < Lines; i++) begin
-      if (sent_q[i] && (waiting_q[i] == probe_addr_i[31:6])) pending_o = 1'b1;
+      if (sent_q[i] && (waiting_q[i] == probe_i)) pending_o = 1'b1;
     end
   end
 
-  assign awvalid_o = aw_valid_q;
+  assign awvalid_o = head_valid && !aw_done_q;
   assign awid_o    = '0;
-  assign awaddr_o  = {line_q, 6'd0};
+  assign awaddr_o  = {line, 6'd0};
   assign awlen_o   = 8'(Beats - 1);
   assign awsize_o  = 3'($clog2(DataWidth / 8));
   assign awburst_o = 2'b01;
-  assign wvalid_o  = w_valid_q;
-  assign wdata_o   = data_q[DataWidth-1:0];
-  assign wstrb_o   = strb_q[DataWidth/8-1:0];
+  assign wvalid_o  = head_valid && !w_done_q;
   assign wlast_o   = last_beat;
+  if (Beats > 1) begin : gen_beat
+    assign wdata_o = data[beat_q];
+    assign wstrb_o = strb[beat_q];
+  end else begin : gen_whole
+    assign wdata_o = data;
+    assign wstrb_o = strb;
+  end
   assign bready_o  = 1'b1;
 
   logic unused;
-  assign unused = ^{bid_i, bresp_i[0], wr_addr_i[5:0], probe_addr_i[5:0]};
+  assign unused = ^{bid_i, bresp_i[0], wr_addr_i[5:0]};
 
 `ifndef SYNTHESIS
   // VALID stays until READY, with what it announced (AXI4 A3.2.1).
@@ -154,10 +161,16 @@ module xy_axi_write #(
   assert property (@(posedge clk_i) disable iff (!rst_ni)
       wvalid_o && !wready_i |=> wvalid_o && $stable({wdata_o, wstrb_o, wlast_o}));
 
+  logic [1:0] queued_q;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) queued_q <= '0;
+    else queued_q <= queued_q + 2'(take) - 2'(leaves);
+  end
+
   // A response answers a line that was sent whole; any other is not AXI.
   a_responses_answer :
   assert property (@(posedge clk_i) disable iff (!rst_ni)
-      bvalid_i |-> count_q > (LogLines+1)'(aw_valid_q || w_valid_q));
+      bvalid_i |-> count_q > (LogLines+1)'(queued_q));
 
   a_aligned :
   assert property (@(posedge clk_i) disable iff (!rst_ni) wr_valid_i |-> wr_addr_i[5:0] == '0);

@@ -11,16 +11,21 @@
 //             Then it waits until the unit is ready, which takes some cycles after a job.
 // Run         start_o is high for the first cycle.
 // Drain       clear_o puts all units back into their state after reset; the memory port sends what it has
-//             taken and waits for its responses. Drain ends when idle_i says that nothing is under way. If nothing moves for TimeOut cycles the
+//             taken and waits for its responses. Drain ends when idle_i says that nothing is under way.
+// Time-out    if something is under way and nothing moves for TimeOut cycles, in Run or in Drain, the
 //             job ends all the same, with bus_timeout; what is missing may come while idle, where it
 //             is ignored. A start before that is refused with bus_timeout, so no response ever meets
 //             a job that it does not belong to.
+//             A unit that works without memory is given all the time: a ray may go through as many nodes as
+//             its tree has, all in the cache. That ends by itself, as every unit counts down: records
+//             and runs, and for each ray the nodes and entries that it meets. A request is taken at once while
+//             nothing is under way, so no unit waits for memory unseen. abort_i ends any job.
 // Errors      the first one counts; of those in one cycle: guard, memory, unit, abort.
 // Latency     a job without error takes 29 cycles (8 regions) before its unit starts, if that is ready, and
 //             one after the port is quiet.
 module xy_control #(
     parameter int unsigned Regions = 8,
-    parameter int unsigned TimeOut = 1 << 20  // cycles without movement at the memory port
+    parameter int unsigned TimeOut = 1 << 20  // cycles in which memory owes something and nothing moves
 ) (
     input  logic                       clk_i,
     input  logic                       rst_ni,
@@ -223,7 +228,7 @@ module xy_control #(
       if (state_q == Idle) started_q <= 1'b0;
       else if (start_o) started_q <= 1'b1;
 
-      if (moved_i || (state_d != state_q)) timer_q <= '0;
+      if (moved_i || idle_i || (state_d != state_q)) timer_q <= '0;
       else if (!timed_out) timer_q <= timer_q + 1'b1;
 
       if (state_q == Check) begin

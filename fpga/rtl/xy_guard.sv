@@ -2,12 +2,12 @@
 // not made.
 //
 // Handshake   valid_i with an address and the region's number; valid_o is valid_i inside the region.
-//             Outside, violation_o is high as long as the request stands; the request is never taken
-//             (ready_o low), and the control takes the unit that made it out of work.
+//             Outside, violation_o is high as long as the request stands; it goes nowhere, and the control
+//             takes the unit that made it out of work.
 // Regions     base and end in lines; an end has a bit more, as it may be behind the last line of memory. A
 //             region that ends where it begins is absent: no address is in it.
 // Latency     0 cycles.
-// Cut paths   none: valid_i and addr_i to valid_o and violation_o, ready_i to ready_o.
+// Cut paths   none: valid_i, addr_i and region_i to valid_o and violation_o.
 module xy_guard #(
     parameter int unsigned Regions = 8
 ) (
@@ -15,12 +15,10 @@ module xy_guard #(
     input  logic [Regions-1:0][26:0]     end_i,
 
     input  logic                         valid_i,
-    output logic                         ready_o,
     input  logic [31:0]                  addr_i,
     input  logic [$clog2(Regions)-1:0]   region_i,
 
     output logic                         valid_o,
-    input  logic                         ready_i,
     output logic                         violation_o
 );
 
@@ -30,7 +28,6 @@ module xy_guard #(
   assign allowed = (line >= base_i[region_i]) && ({1'b0, line} < end_i[region_i]);
 
   assign valid_o     = valid_i && allowed;
-  assign ready_o     = ready_i && allowed;
   assign violation_o = valid_i && !allowed;
 
   // A line is fetched or written whole.

@@ -4,11 +4,12 @@
 //   rd_*, wr_* ──► xy_guard (one each) ──► xy_axi_read, xy_axi_write ──► AXI4
 //   rsp_*      ◄───────────────────────────────────┘
 //
-// Handshake   as in xy_axi_read and xy_axi_write; a request outside its region is never taken, and a read of a
+// Handshake   as in xy_axi_read and xy_axi_write; a request outside its region is dropped, and a read of a
 //             line that is being written waits until it is: every read shows what was written before.
 // Regions     base and length in lines, as the registers hold them; requests come a cycle after both or later.
 //             The check is right for every base and length, also where their sum is past the end of memory.
 // Latency     1 cycle to AXI, 0 cycles back.
+//             violation_o is a cycle behind its request, read_line_o and wrote_bytes_o behind AXI.
 // Bytes       reads count whole lines, writes the bytes that are written.
 module xy_port #(
     parameter int unsigned DataWidth = 512,
@@ -48,7 +49,7 @@ module xy_port #(
     output logic                          write_error_o,
     output logic [31:0]                   write_addr_o,
     output logic                          moved_o,
-    output logic                          idle_o,
+    output logic                          idle_o,         // nothing held, nothing under way
     output logic                          quiet_o,        // all lines written can be read back
     output logic [31:0]                   waiting_addr_o,
     output logic                          read_line_o,    // a line was asked for
@@ -86,8 +87,9 @@ module xy_port #(
     input  logic [1:0]                    bresp_i
 );
 
-  logic rd_valid, rd_ready, rd_violation, rd_idle, rd_waiting;
-  logic wr_valid, wr_ready, wr_violation, wr_idle, pending;
+  logic rd_valid, rd_violation, rd_idle, rd_waiting;
+  logic wr_valid, wr_violation, wr_idle, pending;
+  logic [25:0] rd_line;
   logic [31:0] rd_oldest, wr_oldest;
 
   // Regions stay while a job runs: their ends are not computed anew for every address.
@@ -100,11 +102,9 @@ module xy_port #(
       .base_i,
       .end_i      (end_q),
       .valid_i    (rd_valid_i),
-      .ready_o    (rd_ready_o),
       .addr_i     (rd_addr_i),
       .region_i   (rd_region_i),
       .valid_o    (rd_valid),
-      .ready_i    (rd_ready && !pending),
       .violation_o(rd_violation)
   );
 
@@ -112,11 +112,9 @@ module xy_port #(
       .base_i,
       .end_i      (end_q),
       .valid_i    (wr_valid_i),
-      .ready_o    (wr_ready_o),
       .addr_i     (wr_addr_i),
       .region_i   (wr_region_i),
       .valid_o    (wr_valid),
-      .ready_i    (wr_ready),
       .violation_o(wr_violation)
   );
 
@@ -127,8 +125,8 @@ module xy_port #(
   ) u_read (
       .clk_i,
       .rst_ni,
-      .rd_valid_i    (rd_valid && !pending),
-      .rd_ready_o    (rd_ready),
+      .rd_valid_i    (rd_valid),
+      .rd_ready_o,
       .rd_addr_i,
       .rd_tag_i,
       .rsp_valid_o,
@@ -136,6 +134,8 @@ module xy_port #(
       .rsp_addr_o,
       .rsp_tag_o,
       .rsp_data_o,
+      .line_o        (rd_line),
+      .pending_i     (pending),
       .idle_o        (rd_idle),
       .oldest_valid_o(rd_waiting),
       .oldest_o      (rd_oldest),
@@ -162,11 +162,11 @@ module xy_port #(
       .clk_i,
       .rst_ni,
       .wr_valid_i(wr_valid),
-      .wr_ready_o(wr_ready),
+      .wr_ready_o,
       .wr_addr_i,
       .wr_data_i,
       .wr_strb_i,
-      .probe_addr_i(rd_addr_i),
+      .probe_i   (rd_line),
       .pending_o (pending),
       .error_o   (write_error_o),
       .oldest_o  (wr_oldest),
@@ -189,25 +189,36 @@ module xy_port #(
       .bresp_i
   );
 
-  assign violation_o        = rd_violation || wr_violation;
-  assign violation_region_o = rd_violation ? rd_region_i : wr_region_i;
-  assign violation_addr_o   = rd_violation ? rd_addr_i : wr_addr_i;
-  assign write_addr_o       = wr_oldest;
-  assign idle_o             = rd_idle && wr_idle;
-  assign quiet_o            = wr_idle;
-  assign waiting_addr_o     = rd_waiting ? rd_oldest : wr_oldest;
-
-  logic wrote;
-  assign wrote       = wr_valid && wr_ready;
-  assign read_line_o = rd_valid && rd_ready && !pending;
-  assign moved_o     = read_line_o || wrote || (arvalid_o && arready_i) || rvalid_i
+  assign write_addr_o   = wr_oldest;
+  // What is still queued was answered too early, which AXI4 forbids; it holds up what comes behind it.
+  assign idle_o         = rd_idle && wr_idle && !(awvalid_o || wvalid_o);
+  assign quiet_o        = wr_idle;
+  assign waiting_addr_o = rd_waiting ? rd_oldest : wr_oldest;
+  assign moved_o        = (arvalid_o && arready_i) || rvalid_i
       || (awvalid_o && awready_i) || (wvalid_o && wready_i) || bvalid_i;
+
+  // What the control and the counters hear of comes from registers: it has no place in a unit's cycle.
+  logic [DataWidth/8-1:0] wrote_q;
+  always_ff @(posedge clk_i or negedge rst_ni) begin
+    if (!rst_ni) begin
+      violation_o <= 1'b0;
+      read_line_o <= 1'b0;
+      wrote_q     <= '0;
+    end else begin
+      violation_o <= rd_violation || wr_violation;
+      read_line_o <= arvalid_o && arready_i;
+      wrote_q     <= (wvalid_o && wready_i) ? wstrb_o : '0;
+    end
+  end
+
+  always_ff @(posedge clk_i) begin
+    violation_region_o <= rd_violation ? rd_region_i : wr_region_i;
+    violation_addr_o   <= rd_violation ? rd_addr_i : wr_addr_i;
+  end
 
   always_comb begin
     wrote_bytes_o = '0;
-    for (int unsigned i = 0; i < xy_pkg::LineBytes; i++) begin
-      wrote_bytes_o = wrote_bytes_o + 7'(wrote && wr_strb_i[i]);
-    end
+    for (int unsigned i = 0; i < DataWidth / 8; i++) wrote_bytes_o = wrote_bytes_o + 7'(wrote_q[i]);
   end
 
 endmodule

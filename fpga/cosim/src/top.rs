@@ -27,6 +27,8 @@ pub struct TopConfig {
     pub fifo: u32,
     /// Lines of input that are read ahead.
     pub read_ahead: u32,
+    /// Bits of a Morton code; 63 serves 30-bit codes too.
+    pub code_bits: u32,
     /// Bits of a line of the memory bus.
     pub data_bits: u32,
     /// Cycles without movement after which memory is given up.
@@ -50,6 +52,7 @@ impl TopConfig {
         sorters: 2,
         fifo: 4,
         read_ahead: 8,
+        code_bits: 63,
         data_bits: 512,
         time_out: 2000,
         depth: 1,
@@ -65,6 +68,7 @@ impl TopConfig {
         sorters: 8,
         fifo: 16,
         read_ahead: 32,
+        code_bits: 63,
         data_bits: 512,
         time_out: 1 << 20,
         depth: 2,
@@ -80,6 +84,7 @@ impl TopConfig {
         sorters: 4,
         fifo: 8,
         read_ahead: 16,
+        code_bits: 30,
         data_bits: 128,
         time_out: 1 << 20,
         depth: 0,
@@ -112,6 +117,7 @@ impl TopConfig {
                 ("Sorters", self.sorters.into()),
                 ("Fifo", self.fifo.into()),
                 ("ReadAhead", self.read_ahead.into()),
+                ("CodeWidth", self.code_bits.into()),
                 ("DataWidth", self.data_bits.into()),
                 ("WriteLines", Self::WRITE_LINES.into()),
                 ("TimeOut", self.time_out.into()),

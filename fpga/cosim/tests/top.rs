@@ -340,6 +340,7 @@ fn configurations_are_the_same_in_rust_and_rtl() {
             ("sorters", config.sorters),
             ("fifo", config.fifo),
             ("read_ahead", config.read_ahead),
+            ("code_bits", config.code_bits),
             ("data_bits", config.data_bits),
             ("depth", config.depth),
             ("tracer", u32::from(config.tracer)),

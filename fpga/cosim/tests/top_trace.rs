@@ -1,13 +1,17 @@
 //! The traversal unit in the whole accelerator: the driver's trace jobs end in the core's records, and
 //! whatever goes wrong ends in a documented status, after which the next job runs clean.
 
+use glam::IVec3;
 use xylem::bus::FlatMemory;
 use xylem::machine::port::IdealPort;
 use xylem::machine::traverser::TraverserJob;
-use xylem_core::geom::Ray;
-use xylem_core::mem::{ByteAddr, Region};
+use xylem::run::{BuildOptions, build};
+use xylem_core::geom::{Ray, Triangle};
+use xylem_core::mem::Region;
+use xylem_core::num::{SubGrid, Time};
 use xylem_core::traverse::{Hit, Query};
 use xylem_cosim::axi::Fault;
+use xylem_cosim::jobs::trace_job;
 use xylem_cosim::random::Random;
 use xylem_cosim::tools_for;
 use xylem_cosim::top::{Shared, Top, TopConfig};
@@ -15,7 +19,7 @@ use xylem_cosim::traverser::scenes::{FORMATS, Set, damaged, expected};
 use xylem_driver::{JobError, Micros, RegisterAccess, TraceJob, WaitError};
 use xylem_regs::{
     CTRL, Ctrl, ERROR_INFO, ErrorCode, ErrorInfo, JobKind, REGION_PRIMITIVES_BASE, RegionId,
-    Register, STATUS,
+    Register, STATUS, Stage,
 };
 
 /// A trace in memory, and what the core makes of it.
@@ -26,27 +30,10 @@ struct Case {
     error: Option<String>,
 }
 
-/// A region of `bytes` from `base` on, to the end of its last line.
-fn lines(base: ByteAddr, bytes: u32) -> Region {
-    Region::new(base.0, bytes.next_multiple_of(64))
-}
-
 impl Case {
     fn new((memory, job): (FlatMemory, TraverserJob)) -> Self {
         let (records, error) = expected(&memory, &job);
-        let mut tree = job.scene.tree;
-        let node_bytes = tree.node_count * tree.format.bytes();
-        tree.nodes = lines(tree.nodes.base, node_bytes);
-        tree.leaf_table = lines(tree.leaf_table.base, 4 * tree.entry_count);
-        let job = TraceJob {
-            tree,
-            triangles: lines(job.scene.triangles.base, 40 * job.scene.triangle_count),
-            triangle_count: job.scene.triangle_count,
-            rays: lines(job.rays, job.ray_count * Ray::BYTES as u32),
-            hits: lines(job.hits, job.ray_count * Hit::BYTES as u32),
-            ray_count: job.ray_count,
-            query: job.query,
-        };
+        let job = trace_job(&job);
         Self { memory, job, records, error }
     }
 
@@ -200,6 +187,83 @@ fn with_one_line(
     (info.code().unwrap(), info.region_valid().then(|| info.region().unwrap()))
 }
 
+/// A trace whose rays hit each of some triangles, nearer every time, and for which the cache has room for all.
+fn stack_of_triangles() -> (FlatMemory, TraverserJob) {
+    let corners = |z| [[-4096, -4096, z], [4096, -4096, z], [0, 4096, z]].map(Into::into);
+    let triangles: Vec<_> = (0..16)
+        .map(|id| Triangle { vertices: corners(1 << 10 | id << 5), id: id as u32 })
+        .collect();
+    let run = build(&triangles, &BuildOptions::default()).unwrap();
+    // Packed, so that no two lines have the same place in the cache.
+    let mut bytes = Vec::new();
+    let mut put = |part: &[u8]| {
+        let base = bytes.len() as u32;
+        bytes.extend(part);
+        bytes.resize(bytes.len().next_multiple_of(64), 0);
+        Region::new(base, bytes.len() as u32 - base)
+    };
+    let mut scene = run.scene;
+    for (region, bytes) in [
+        (&mut scene.tree.nodes, scene.tree.node_count * 64),
+        (&mut scene.tree.leaf_table, scene.tree.entry_count * 4),
+        (&mut scene.triangles, scene.triangle_count * 40),
+    ] {
+        let from = region.base.0 as usize;
+        *region = put(&run.memory.bytes()[from..from + bytes as usize]);
+    }
+    let down = |x| {
+        let origin = [x, 0, 1 << 12].map(|c| SubGrid::from_bits(c << 6));
+        let direction = IVec3::new(0, 0, -(1 << 30));
+        Ray::new(origin, direction, Time::ZERO, Ray::TIME_LIMIT).unwrap().to_bytes()
+    };
+    let rays: Vec<u8> = (0..3).flat_map(down).collect();
+    let (rays, hits) = (put(&rays), put(&[0; 3 * Hit::BYTES]));
+    let query = Query::Closest;
+    let job = TraverserJob { scene, query, rays: rays.base, ray_count: 3, hits: hits.base };
+    let mut memory = FlatMemory::new(bytes.len());
+    memory.bytes_mut().copy_from_slice(&bytes);
+    (memory, job)
+}
+
+#[test]
+fn a_trace_may_go_without_memory_for_longer_than_memory_has_to_answer() {
+    if !tools_for("a_trace_may_go_without_memory_for_longer_than_memory_has_to_answer") {
+        return;
+    }
+    let config = TopConfig::SMALL;
+    let top = load(&config, 0, 3, 11);
+    let case = Case::new(stack_of_triangles());
+    top.with(|top| top.memory.put_in(Fault::FailRead(u64::MAX)));
+    let cycles = case.check("in the cache", &top);
+
+    let mut driver = top.driver().unwrap();
+    driver.start_trace(&case.job).unwrap();
+    let (mut longest, mut still) = (0, 0);
+    top.with(|top| {
+        for _ in 0..cycles {
+            let before = top.memory.lines();
+            top.tick();
+            still = if top.memory.lines() == before { still + 1 } else { 0 };
+            longest = longest.max(still);
+        }
+    });
+    driver.wait(Micros(1)).unwrap();
+    // Answers come a few cycles after what was asked for.
+    assert!(longest > config.time_out + 100, "no longer than {longest} cycles without memory");
+
+    let (reads, _) = top.with(|top| top.memory.lines());
+    for read in 0..reads / 2 {
+        top.with(|top| top.memory.put_in(Fault::LoseRead(read)));
+        let error = case.run(&top).unwrap_err();
+        assert_eq!(error.code, ErrorCode::BusTimeout, "read {read}: {error:?}");
+        top.with(|top| {
+            top.memory.recover();
+            (0..200).for_each(|_| top.tick());
+        });
+    }
+    case.check("after lost answers", &top);
+}
+
 #[test]
 fn faults_and_aborts_leave_a_unit_that_traces() {
     if !tools_for("faults_and_aborts_leave_a_unit_that_traces") {
@@ -220,6 +284,9 @@ fn faults_and_aborts_leave_a_unit_that_traces() {
             top.with(|top| top.memory.put_in(fault));
             let error = case.run(&top).unwrap_err();
             assert_eq!(error.code, code, "{fault:?}: {error:?}");
+            // Of the last line of hits it is heard when the unit has ended.
+            let late = fault == Fault::FailWrite(writes - 1);
+            assert_eq!(error.stage, if late { Stage::Drain } else { Stage::Trace }, "{fault:?}");
             top.with(|top| {
                 top.memory.recover();
                 (0..200).for_each(|_| top.tick());
