@@ -203,7 +203,7 @@ pub fn unit(unit: &Unit<'_>, mutation: Option<Mutation>) -> Result<PathBuf, Cosi
 /// Only the unit's own files have been linted.
 ///
 /// # Errors
-/// As [`unit`].
+/// As [`unit()`].
 pub fn program(unit: &Unit<'_>, others: &[&Path], bench: &Path) -> Result<PathBuf, CosimError> {
     let version = tools()?;
     let mut hash = Sha256::new();

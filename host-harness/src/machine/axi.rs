@@ -289,7 +289,7 @@ mod tests {
                 port.tick();
             }
             assert!(port.offer(read(line)));
-            while !port.take().is_some_and(|response| !response.access.write) {
+            while port.take().is_none_or(|response| response.access.write) {
                 port.tick();
             }
             assert_eq!(port.cycles(), answered, "line {line}");
