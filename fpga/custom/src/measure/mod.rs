@@ -23,7 +23,7 @@ pub enum Step {
     BoxTest,
     /// Encoding the two children of a node.
     Encode,
-    /// All of [`compress_top_down`], a node.
+    /// All of `compress_top_down`, a node.
     Compress,
     /// All of tracing, a ray.
     Trace,
