@@ -75,7 +75,7 @@ job() {
     mkdir -p "$out/$name.rtl"
     case $what in
         proved) ;;
-        reached) mode=cover engine="smtbmc z3" ;;
+        reached) mode=cover; [[ $engine == smtbmc* ]] || engine="smtbmc z3" ;;
         *)
             mode=bmc engine=$breaker expected=FAIL
             mutant=$(sed -n "${what}s/^\[[^]]*\] //p" "$here/mutants.txt")
