@@ -114,6 +114,8 @@ module fv_control (
 
   localparam logic [1:0] Idle = 2'd0, Check = 2'd1, Run = 2'd2, Drain = 2'd3;
   (* hierconn *) logic [1:0] \u_control.state_q , \u_control.one_q , \u_control.other_q ;
+  (* hierconn *) logic [25:0] \u_control.one_base_q , \u_control.one_lines_q ;
+  (* hierconn *) logic [25:0] \u_control.other_base_q , \u_control.other_lines_q ;
   (* hierconn *) logic       \u_control.resetting_q , \u_control.started_q , \u_control.first_run_q ;
   (* hierconn *) logic [1:0] \u_control.timer_q ;
   logic [1:0] state, one, other;
@@ -187,6 +189,9 @@ module fv_control (
   always_comb begin
     if (rst_ni) begin
       h_job : assert (job == (busy && !resetting));
+      h_looked_up :
+      assert (\u_control.one_base_q == base[one] && \u_control.one_lines_q == lines[one]
+          && \u_control.other_base_q == base[other] && \u_control.other_lines_q == lines[other]);
       if (resetting) h_resetting : assert (state == Drain && !failed && !done);
       if (state == Check) begin
         h_pair : assert (one < other && still <= 5'(checked));

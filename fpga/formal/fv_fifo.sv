@@ -34,6 +34,25 @@ module fv_fifo (
       .out_data_o (out_data)
   );
 
+  // The same with its first word in a register.
+  logic       first_ready, first_valid;
+  logic [1:0] first_data;
+  xy_fifo #(
+      .Width     (2),
+      .Depth     (Depth),
+      .Registered(1)
+  ) u_registered (
+      .clk_i,
+      .rst_ni,
+      .clear_i,
+      .in_valid_i,
+      .in_ready_o (first_ready),
+      .in_data_i,
+      .out_valid_o(first_valid),
+      .out_ready_i,
+      .out_data_o (first_data)
+  );
+
   logic       push, pop;
   logic [2:0] count = '0;   // words inside
   logic       picked = 1'b0;
@@ -69,6 +88,8 @@ module fv_fifo (
       a_takes_while_there_is_room : assert (in_ready == (count < 3'(Depth)));
       a_offers_what_there_is : assert (out_valid == (count != '0));
       if (picked && ahead == '0) a_word_comes_out : assert (out_valid && out_data == word);
+      a_registered_is_the_same :
+      assert (first_ready == in_ready && first_valid == out_valid && (!out_valid || first_data == out_data));
       if (picked) a_word_is_inside : assert (ahead < count);
       c_full : cover (count == 3'(Depth) && picked && ahead == 3'(Depth - 1));
       c_wraps : cover (pops == 3'(Depth + 1) && count == 3'(Depth));

@@ -121,16 +121,9 @@ module fv_port #(
   logic [1:0][26:0] ends;
   assign ends = {{1'b0, base[1]} + {1'b0, lines[1]}, {1'b0, base[0]} + {1'b0, lines[0]}};
 
-  logic rd_inside, wr_inside, rd_taken, wr_taken, outside = 1'b0;
-  assign rd_inside = rd_addr_i[31:6] >= base[rd_region_i]
-      && {1'b0, rd_addr_i[31:6]} < ends[rd_region_i];
-  assign wr_inside = wr_addr_i[31:6] >= base[wr_region_i]
-      && {1'b0, wr_addr_i[31:6]} < ends[wr_region_i];
-  assign rd_taken  = rst_ni && rd_valid_i && rd_ready && rd_inside;
-  assign wr_taken  = rst_ni && wr_valid_i && wr_ready && wr_inside;
-  always_ff @(posedge clk_i) begin
-    outside <= rst_ni && (rd_valid_i && !rd_inside || wr_valid_i && !wr_inside);
-  end
+  logic rd_taken, wr_taken;
+  assign rd_taken = rst_ni && rd_valid_i && rd_ready;
+  assign wr_taken = rst_ni && wr_valid_i && wr_ready;
 
   // What was taken and is not yet on its way: two of each at most, in order.
   logic [1:0]                 rd_put = '0, rd_get = '0, wr_put = '0, wr_get = '0, rd_count, wr_count;
@@ -141,12 +134,26 @@ module fv_port #(
   logic                       address_done = 1'b0, data_done = 1'b0;
   logic [3:0]                 sent = '0;  // beats
   logic [2:0]                 unanswered = '0;
+  logic                       responded;
   assign rd_count = rd_put - rd_get;
   assign wr_count = wr_put - wr_get;
   assign rd_sent  = arvalid && arready_i;
   assign aw_sent  = awvalid && awready_i;
   assign w_sent   = wvalid && wready_i && sent == 4'(Beats - 1);
   assign wr_sent  = wr_count != '0 && (aw_sent || address_done) && (w_sent || data_done);
+
+  // Of the first of each, whether it is outside, and then dropped: a write when those before it are answered.
+  logic rd_inside, wr_inside, rd_drop, wr_drop, outside = 1'b0;
+  assign rd_inside = rd_line[rd_get[0]] >= base[rd_region[rd_get[0]]]
+      && {1'b0, rd_line[rd_get[0]]} < ends[rd_region[rd_get[0]]];
+  assign wr_inside = wr_line[wr_get[0]] >= base[wr_region[wr_get[0]]]
+      && {1'b0, wr_line[wr_get[0]]} < ends[wr_region[wr_get[0]]];
+  assign rd_drop   = rd_count != '0 && !rd_inside;
+  assign wr_drop   = wr_count != '0 && !wr_inside && unanswered <= 3'(wr_count);
+  always_ff @(posedge clk_i) begin
+    outside <= rst_ni && (rd_drop || (wr_count != '0 && !wr_inside));
+  end
+  assign responded = (bvalid_i || wr_drop) && unanswered != '0;
 
   always_ff @(posedge clk_i) begin
     if (!rst_ni) begin
@@ -165,17 +172,17 @@ module fv_port #(
         rd_region[rd_put[0]] <= rd_region_i;
         rd_tag[rd_put[0]]    <= rd_tag_i;
       end
-      if (rd_sent) rd_get <= rd_get + 1'b1;
+      if (rd_sent || rd_drop) rd_get <= rd_get + 1'b1;
       if (wr_taken) begin
         wr_put               <= wr_put + 1'b1;
         wr_line[wr_put[0]]   <= wr_addr_i[31:6];
         wr_region[wr_put[0]] <= wr_region_i;
       end
-      if (wr_sent) wr_get <= wr_get + 1'b1;
+      if (wr_sent || wr_drop) wr_get <= wr_get + 1'b1;
       address_done <= !wr_sent && (address_done || aw_sent);
       data_done    <= !wr_sent && (data_done || w_sent);
       if (wvalid && wready_i) sent <= sent == 4'(Beats - 1) ? '0 : sent + 1'b1;
-      unanswered <= unanswered + 3'(wr_taken) - 3'(bvalid_i && unanswered != '0);
+      unanswered <= unanswered + 3'(wr_taken) - 3'(responded);
     end
   end
 
@@ -197,7 +204,7 @@ module fv_port #(
       slot     <= wr_put[0];
       data     <= wr_data_i;
       strb     <= wr_strb_i;
-    end else if (wr_sent && wr_get[0] == slot) begin
+    end else if ((wr_sent || wr_drop) && wr_get[0] == slot) begin
       followed <= 1'b0;
     end
   end
@@ -208,8 +215,6 @@ module fv_port #(
   (* anyseq *)   logic        watch;
   logic       watching = 1'b0;
   logic [2:0] ahead;
-  logic       responded;
-  assign responded = bvalid_i && unanswered != '0;
   always_ff @(posedge clk_i) begin
     if (!rst_ni) begin
       watching <= 1'b0;
@@ -288,18 +293,12 @@ module fv_port #(
       if (arvalid) begin
         a_read_was_asked_for : assert (rd_count != '0);
         a_read_address : assert (araddr == {rd_line[rd_get[0]], 6'd0});
-        a_read_in_region :
-        assert (rd_line[rd_get[0]] >= base[rd_region[rd_get[0]]]
-            && {1'b0, rd_line[rd_get[0]]}
-                < ends[rd_region[rd_get[0]]]);
+        a_read_in_region : assert (rd_inside);
       end
-      a_write_out : assert (awvalid == (wr_count != '0 && !address_done));
+      a_write_out : assert (awvalid == (wr_count != '0 && wr_inside && !address_done));
       if (awvalid) begin
         a_write_address : assert (awaddr == {wr_line[wr_get[0]], 6'd0});
-        a_write_in_region :
-        assert (wr_line[wr_get[0]] >= base[wr_region[wr_get[0]]]
-            && {1'b0, wr_line[wr_get[0]]}
-                < ends[wr_region[wr_get[0]]]);
+        a_write_in_region : assert (wr_inside);
       end
       a_whole_lines :
       assert (arlen == 8'(Beats - 1) && awlen == arlen && arburst == 2'd1 && awburst == 2'd1
@@ -309,7 +308,7 @@ module fv_port #(
       if (ar_held) a_ar_stable : assert (arvalid && ar == ar_was);
       if (aw_held) a_aw_stable : assert (awvalid && aw == aw_was);
       if (w_held) a_w_stable : assert (wvalid && w == w_was);
-      a_data_out : assert (wvalid == (wr_count != '0 && !data_done));
+      a_data_out : assert (wvalid == (wr_count != '0 && wr_inside && !data_done));
       if (wvalid) begin
         a_data :
         assert (!(followed && slot == wr_get[0]) || (wdata == beat_data && wstrb == beat_strb));
@@ -336,6 +335,7 @@ module fv_port #(
       c_table_full : cover (asked == '1 && rd_count == 2'd2);
       c_waits : cover (watching && ahead == 3'd2 && rd_count == 2'd1 && !arvalid && asked == '0);
       c_answer : cover (rsp_valid && beats == 4'(Beats - 1) && !rsp_error);
+      c_dropped : cover (wr_drop && wr_count == 2'd2);
       c_line_written : cover (wvalid && wlast && wready_i && quiet == 1'b0 && !awvalid);
     end
   end
@@ -351,11 +351,20 @@ module fv_port #(
   (* hierconn *) logic [27:0]          \u_port.u_read.table_q[0] , \u_port.u_read.table_q[1] ;
   (* hierconn *) logic [27:0]          \u_port.u_read.table_q[2] , \u_port.u_read.table_q[3] ;
   (* hierconn *) logic [1:0]           \u_port.u_read.u_queue.write_q , \u_port.u_read.u_queue.read_q ;
-  (* hierconn *) logic [27:0]          \u_port.u_read.u_queue.u_ram.gen_distributed.mem[0] ;
-  (* hierconn *) logic [27:0]          \u_port.u_read.u_queue.u_ram.gen_distributed.mem[1] ;
+  (* hierconn *) logic [28:0]          \u_port.u_read.u_queue.u_ram.gen_distributed.mem[0] ;
+  (* hierconn *) logic [28:0]          \u_port.u_read.u_queue.u_ram.gen_distributed.mem[1] ;
+  (* hierconn *) logic                 \u_port.u_read.u_queue.gen_registered.valid_q ;
+  (* hierconn *) logic [28:0]          \u_port.u_read.u_queue.gen_registered.first_q ;
   (* hierconn *) logic [1:0]           \u_port.u_write.u_queue.write_q , \u_port.u_write.u_queue.read_q ;
-  (* hierconn *) logic [601:0]         \u_port.u_write.u_queue.u_ram.gen_distributed.mem[0] ;
-  (* hierconn *) logic [601:0]         \u_port.u_write.u_queue.u_ram.gen_distributed.mem[1] ;
+  (* hierconn *) logic [26:0]          \u_port.u_write.u_queue.u_ram.gen_distributed.mem[0] ;
+  (* hierconn *) logic [26:0]          \u_port.u_write.u_queue.u_ram.gen_distributed.mem[1] ;
+  (* hierconn *) logic                 \u_port.u_write.u_queue.gen_registered.valid_q ;
+  (* hierconn *) logic [26:0]          \u_port.u_write.u_queue.gen_registered.first_q ;
+  (* hierconn *) logic [1:0]           \u_port.u_write.u_data.write_q , \u_port.u_write.u_data.read_q ;
+  (* hierconn *) logic [575:0]         \u_port.u_write.u_data.u_ram.gen_distributed.mem[0] ;
+  (* hierconn *) logic [575:0]         \u_port.u_write.u_data.u_ram.gen_distributed.mem[1] ;
+  (* hierconn *) logic [1:0]           \u_port.u_write.queued_q ;
+  (* hierconn *) logic                 \u_port.u_write.begun_q ;
   (* hierconn *) logic                 \u_port.u_write.aw_done_q , \u_port.u_write.w_done_q ;
   (* hierconn *) logic [2:0]           \u_port.u_write.count_q ;
   (* hierconn *) logic [BeatWidth-1:0] \u_port.u_write.beat_q ;
@@ -370,11 +379,13 @@ module fv_port #(
 
   // These are there on a narrow bus.
   (* hierconn *) logic [1:0]      \u_port.u_read.gen_ordered.row_q ;
+  (* hierconn *) logic            \u_port.u_read.gen_ordered.some_q ;
   (* hierconn *) logic [Held-1:0] \u_port.u_read.gen_ordered.held_q ;
   (* hierconn *) logic            \u_port.u_read.gen_ordered.error_q ;
 
-  logic [1:0][27:0]  rd_words;
-  logic [1:0][601:0] wr_words;
+  logic [1:0][28:0]  rd_words;
+  logic [1:0][26:0]  wr_words;
+  logic [1:0][575:0] wr_lines;
   assign rd_words = {
     \u_port.u_read.u_queue.u_ram.gen_distributed.mem[1] ,
     \u_port.u_read.u_queue.u_ram.gen_distributed.mem[0]
@@ -382,6 +393,10 @@ module fv_port #(
   assign wr_words = {
     \u_port.u_write.u_queue.u_ram.gen_distributed.mem[1] ,
     \u_port.u_write.u_queue.u_ram.gen_distributed.mem[0]
+  };
+  assign wr_lines = {
+    \u_port.u_write.u_data.u_ram.gen_distributed.mem[1] ,
+    \u_port.u_write.u_data.u_ram.gen_distributed.mem[0]
   };
 
   logic [Reads-1:0][27:0] table_rows;
@@ -403,25 +418,31 @@ module fv_port #(
       h_queues :
       assert (rd_count <= 2'd2 && wr_count <= 2'd2
           && \u_port.u_read.u_queue.write_q == rd_put && \u_port.u_read.u_queue.read_q == rd_get
-          && \u_port.u_write.u_queue.write_q == wr_put && \u_port.u_write.u_queue.read_q == wr_get);
+          && \u_port.u_write.u_queue.write_q == wr_put && \u_port.u_write.u_queue.read_q == wr_get
+          && \u_port.u_write.u_data.write_q == wr_put && \u_port.u_write.u_data.read_q == wr_get
+          && \u_port.u_write.queued_q == wr_count);
+      h_firsts :
+      assert (\u_port.u_read.u_queue.gen_registered.valid_q == (rd_count != '0)
+          && \u_port.u_write.u_queue.gen_registered.valid_q == (wr_count != '0)
+          && (rd_count == '0 || \u_port.u_read.u_queue.gen_registered.first_q == rd_words[rd_get[0]])
+          && (wr_count == '0 || \u_port.u_write.u_queue.gen_registered.first_q == wr_words[wr_get[0]]));
       for (int unsigned i = 0; i < 2; i++) begin
         if (rd_count == 2'd2 || (rd_count == 2'd1 && rd_get[0] == 1'(i))) begin
-          assert (rd_words[i] == {rd_tag[i], rd_line[i]});
-          assert (rd_line[i] >= base[rd_region[i]]
-              && {1'b0, rd_line[i]} < ends[rd_region[i]]);
+          assert (rd_words[i] == {rd_region[i], rd_tag[i], rd_line[i]});
         end
         if (wr_count == 2'd2 || (wr_count == 2'd1 && wr_get[0] == 1'(i))) begin
-          assert (wr_words[i][601-:26] == wr_line[i]);
-          assert (wr_line[i] >= base[wr_region[i]]
-              && {1'b0, wr_line[i]} < ends[wr_region[i]]);
+          assert (wr_words[i] == {wr_region[i], wr_line[i]});
         end
       end
       if (followed) begin
         assert (wr_count == 2'd2 || (wr_count == 2'd1 && wr_get[0] == slot));
-        assert (wr_words[slot][575:0] == {strb, data});
+        assert (wr_lines[slot] == {strb, data});
       end
       h_offered : assert (\u_port.u_read.offered_q == ar_held);
-      if (ar_held) assert (rd_count != '0 && !asked[next] && ar_was == ar);
+      if (ar_held) assert (rd_count != '0 && rd_inside && !asked[next] && ar_was == ar);
+      h_begun :
+      assert (!\u_port.u_write.begun_q || (wr_count != '0 && wr_inside));
+      if (address_done || data_done || sent != '0) assert (\u_port.u_write.begun_q );
       h_done :
       assert (\u_port.u_write.aw_done_q == address_done && \u_port.u_write.w_done_q == data_done
           && !(address_done && data_done) && (wr_count != '0 || !address_done && !data_done)
@@ -446,6 +467,7 @@ module fv_port #(
     always_comb begin
       if (rst_ni) begin
         assert (\u_port.u_read.gen_ordered.row_q == oldest);
+        assert (\u_port.u_read.gen_ordered.some_q == (asked != '0));
         assert (\u_port.u_read.gen_ordered.error_q == (beats != '0 && faulty));
         for (int unsigned i = 1; i < Beats; i++) begin
           assert (32'(beats) < i || \u_port.u_read.gen_ordered.held_q [(Beats-1-i)*DataWidth+:DataWidth]

@@ -66,10 +66,11 @@ module xy_burst_writer #(
   logic                  fits_q;  // a further record does: it has Bytes or more
   logic                  error_q;
 
-  logic push, store, last_place;
+  logic push, can_store, store, last_place;
   assign in_ready_o = !full_q;
   assign push       = in_valid_i && !full_q;
-  assign store      = push && fits_q && !error_q;
+  assign can_store  = !full_q && fits_q && !error_q;
+  assign store      = in_valid_i && can_store;
   assign open_next  = open_q + 1'b1;
   assign last_place = open_q == Full - 1'b1;
 
@@ -80,17 +81,17 @@ module xy_burst_writer #(
   logic [LineWidth-1:0]  line_q;
   logic [31:0]           addr_q;
 
-  // There are records, and they leave as soon as they may; a record stored now is the last one of its burst.
+  // There are records, and they leave as soon as they may; a record that comes now is the last one of its burst.
   logic waits, ends;
   assign waits = full_q || ((flush_i || error_q) && (open_q != '0));
-  assign ends  = last_place || flush_i;
+  assign ends  = can_store && (last_place || flush_i);
 
   logic sent, hand_over;
   assign wr_valid_o = sending_q;
   assign wr_addr_o  = addr_q;
   assign wr_last_o  = records_q <= PerLine;
   assign sent       = sending_q && wr_ready_i && wr_last_o;
-  assign hand_over  = (!sending_q || sent) && (waits || (store && ends));
+  assign hand_over  = (!sending_q || sent) && (waits || (in_valid_i && ends));
 
   assign empty_o = (open_q == '0) && !sending_q;
   assign error_o = error_q;
@@ -151,6 +152,9 @@ module xy_burst_writer #(
 
   // --- Memory: a bank for each place of a record in a line ---
 
+  // The next place may be written at any time: what is there counts once open_q has passed it. So in_valid_i, which
+  // comes late, need not reach the memory.
+
   logic [LineWidth-1:0] open_line;
   assign open_line = LineWidth'(open_q >> PosWidth);
 
@@ -163,7 +167,7 @@ module xy_burst_writer #(
         .Block    (1'b0)
     ) u_ram (
         .clk_i,
-        .write_i     (store && ((open_q & (PerLine - 1'b1)) == Place)),
+        .write_i     (!full_q && ((open_q & (PerLine - 1'b1)) == Place)),
         .write_addr_i({half_q, open_line}),
         .write_data_i(in_record_i),
         .read_addr_i ({!half_q, line_q}),

@@ -69,10 +69,12 @@ module xy_bursts #(
   logic [31:0]           base_q;
 
   logic [IndexWidth-1:0] gen_next_left, gen_in_run;
+  logic [IndexWidth:0]   past_q;  // run_q and a burst; second bursts begin two cycles after the start or later
   logic                  gen_more;
+  always_ff @(posedge clk_i) past_q <= {1'b0, run_q} + (IndexWidth + 1)'(Burst);
   assign gen_in_run    = (gen_left_q < run_q) ? gen_left_q : run_q;
   assign gen_next_left = gen_left_q - gen_in_run;
-  assign gen_more      = gen_next_left > (gen_second_q ? IndexWidth'(Burst) : '0);
+  assign gen_more      = gen_second_q ? (past_q < {1'b0, gen_left_q}) : (run_q < gen_left_q);
 
   logic [IndexWidth-1:0] gen_burst_first, gen_burst_left;
   logic [CountWidth-1:0] gen_burst_count;
@@ -150,10 +152,12 @@ module xy_bursts #(
   assign sweeping = !sweep_q[SlotWidth+1];
   assign ready_o  = !sweeping;
 
+  logic                 complete;
   logic [SlotWidth:0]   rsp_buffer;
   logic [LineWidth-1:0] rsp_line, rsp_extra, come, come_now;
   assign {rsp_buffer, rsp_line, rsp_extra} = rsp_tag_i;
   assign come_now = come + rsp_extra + 1'b1;
+  assign complete = come == ~rsp_extra;  // come_now is 0
 
   xy_ram #(
       .Width    (LineWidth),
@@ -187,8 +191,10 @@ module xy_bursts #(
       if (start_i) gen_q <= count_i != '0;
       else if (load && gen_q && !gen_more) gen_q <= !gen_second_q && (count_q > IndexWidth'(Burst));
       if (next) valid_q <= load;
-      if (rsp_valid_i && (come_now == '0)) full_o[rsp_buffer] <= 1'b1;
-      if (take_i) full_o[take_buffer_i] <= 1'b0;
+      for (int unsigned i = 0; i < 2 * Slots; i++) begin
+        if (rsp_buffer == (SlotWidth + 1)'(i) && rsp_valid_i && complete) full_o[i] <= 1'b1;
+        if (take_buffer_i == (SlotWidth + 1)'(i) && take_i) full_o[i] <= 1'b0;
+      end
     end
   end
 

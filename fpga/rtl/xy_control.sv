@@ -98,20 +98,40 @@ module xy_control #(
 
   // --- Regions, two at a time ---
 
-  logic [25:0] one_base, one_lines, other_base, other_lines;
+  // They are looked up in the cycle before, as registers do not change while a job is checked.
+  logic [RegionWidth-1:0] one_d, other_d;
+  logic [25:0] one_base_q, one_lines_q, other_base_q, other_lines_q;
   logic [26:0] one_end, other_end;
   logic        overlap, one_past_end, other_past_end, last_pair;
-  assign one_base       = base_i[one_q];
-  assign one_lines      = lines_i[one_q];
-  assign other_base     = base_i[other_q];
-  assign other_lines    = lines_i[other_q];
-  assign one_end        = {1'b0, one_base} + {1'b0, one_lines};
-  assign other_end      = {1'b0, other_base} + {1'b0, other_lines};
-  assign overlap        = (one_lines != '0) && (other_lines != '0)
-      && ({1'b0, one_base} < other_end) && ({1'b0, other_base} < one_end);
+  always_ff @(posedge clk_i) begin
+    one_base_q    <= base_i[one_d];
+    one_lines_q   <= lines_i[one_d];
+    other_base_q  <= base_i[other_d];
+    other_lines_q <= lines_i[other_d];
+  end
+  assign one_end        = {1'b0, one_base_q} + {1'b0, one_lines_q};
+  assign other_end      = {1'b0, other_base_q} + {1'b0, other_lines_q};
+  assign overlap        = (one_lines_q != '0) && (other_lines_q != '0)
+      && ({1'b0, one_base_q} < other_end) && ({1'b0, other_base_q} < one_end);
   assign one_past_end   = one_end > 27'h400_0000;
   assign other_past_end = other_end > 27'h400_0000;
   assign last_pair      = one_q == RegionWidth'(Regions - 2);
+
+  always_comb begin
+    one_d   = '0;
+    other_d = RegionWidth'(1);
+    if (state_q == Check) begin
+      one_d   = one_q;
+      other_d = other_q;
+      if (!last_pair) begin
+        other_d = other_q + 1'b1;
+        if (other_q == RegionWidth'(Regions - 1)) begin
+          one_d   = one_q + 1'b1;
+          other_d = one_q + RegionWidth'(2);
+        end
+      end
+    end
+  end
 
   // --- What went wrong ---
 
@@ -219,7 +239,7 @@ module xy_control #(
       region_q       <= '0;
       addr_q         <= '0;
       one_q          <= '0;
-      other_q        <= '0;
+      other_q        <= RegionWidth'(1);
       timer_q        <= '0;
     end else begin
       state_q <= state_d;
@@ -231,16 +251,8 @@ module xy_control #(
       if (moved_i || idle_i || (state_d != state_q)) timer_q <= '0;
       else if (!timed_out) timer_q <= timer_q + 1'b1;
 
-      if (state_q == Check) begin
-        if (!last_pair) other_q <= other_q + 1'b1;
-        if (!last_pair && (other_q == RegionWidth'(Regions - 1))) begin
-          one_q   <= one_q + 1'b1;
-          other_q <= one_q + RegionWidth'(2);
-        end
-      end else begin
-        one_q   <= '0;
-        other_q <= RegionWidth'(1);
-      end
+      one_q   <= one_d;
+      other_q <= other_d;
 
       if (soft_reset_i || (start_i && (state_q == Idle))) begin
         resetting_q    <= soft_reset_i;

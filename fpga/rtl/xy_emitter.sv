@@ -133,9 +133,9 @@ module xy_emitter (
   // known which one is. Nothing is above the level of an end.
   assign current_last = pending_valid_q ? (pending_q.level == LevelEnd) : !item_valid_i;
   always_comb begin
-    joins = item_split_i.differs ? (top.level <= code_level) : (top.level <= leaf_level);
+    joins = item_split_i.differs ? !(code_level < top.level) : !(leaf_level < top.level);
     if (!item_valid_i) joins = 1'b1;
-    if (pending_valid_q) joins = top.level <= pending_q.level;
+    if (pending_valid_q) joins = !(pending_q.level < top.level);
     if (stack_empty) joins = 1'b0;
   end
 

@@ -171,7 +171,7 @@ module xy_mergesort #(
 
   assign store = (state_q == Fill) && (fill_left_q != '0);
 
-  logic                  merge_start, merge_idle, merge_valid, merge_ready, merge_runs;
+  logic                  merge_start, merge_idle, merge_done, merge_valid, merge_ready, merge_runs;
   logic [IndexWidth-1:0] merge_first, merge_count, merge_run;
   xy_multimerge #(
       .Capacity (Capacity),
@@ -190,6 +190,7 @@ module xy_mergesort #(
       .count_i      (merge_count),
       .run_i        (merge_run),
       .idle_o       (merge_idle),
+      .done_o       (merge_done),
       .store_i      (store && sorted_valid),
       .store_row_i  (fill_row_q),
       .store_pair_i (sorted_pair),
@@ -244,7 +245,7 @@ module xy_mergesort #(
 
   assign merge_ready  = (state_q == Last) ? item_ready_i : writer_ready;
   assign item_valid_o = merge_valid && (state_q == Last);
-  assign end_o        = (state_q == Last) && merge_idle;
+  assign end_o        = (state_q == Last) && merge_done;
   assign ready_o      = (state_q == Idle || state_q == Last) && merge_idle;
 
   // The target stays until the writer is started anew, while the source changes with what was written.

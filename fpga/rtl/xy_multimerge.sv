@@ -23,8 +23,8 @@
 //
 // Handshake   start_i takes count_i (records) and run_i (records of a slot, a multiple of two bursts; the
 //             last slot may be shorter); with start_runs_i also source_base_i and first_i (first record; a
-//             multiple of two bursts). idle_o must be high. idle_o is high when all records have left
-//             item, and low for some cycles after reset and clear_i.
+//             multiple of two bursts). idle_o must be high. done_o is high when all records have left
+//             item; idle_o too, but not for some cycles after reset and clear_i.
 //             store: two records into a row of the scratchpad; no store while a merge is not idle.
 //             rd, rsp: the line port. item: valid/ready; item_split_o of the first record of a merge is that
 //             between its code and 0.
@@ -53,6 +53,7 @@ module xy_multimerge #(
     input  logic [IndexWidth-1:0] count_i,
     input  logic [IndexWidth-1:0] run_i,
     output logic                  idle_o,
+    output logic                  done_o,
 
     input  logic                  store_i,
     input  logic [RowWidth-1:0]   store_row_i,
@@ -126,11 +127,17 @@ module xy_multimerge #(
   assign next_place  = place + 1'b1;
   assign buffer_ends = next_place[PlaceWidth-2:0] == '0;
 
+  // Both buffers of the heap's slot are looked up while its state is, and the one of the slot to be inserted.
+  logic [1:0] slot_full;
+  logic       insert_full;
+  assign slot_full   = {full[{top_slot, 1'b1}], full[{top_slot, 1'b0}]};
+  assign insert_full = full[{insert_slot_q, 1'b0}];
+
   always_comb begin
     here = 1'b1;
     if (runs_q) begin
-      if (inserting_q) here = full[{slot, 1'b0}];
-      else if (buffer_ends) here = full[{slot, next_place[PlaceWidth-1]}];
+      if (inserting_q) here = insert_full;
+      else if (buffer_ends) here = slot_full[next_place[PlaceWidth-1]];
     end
   end
 
@@ -290,6 +297,7 @@ module xy_multimerge #(
   localparam int unsigned RoomWidth = $clog2(Fifo) + 1;
 
   logic [RoomWidth-1:0]   room_q;
+  logic                   done_q;  // no record is left, and all places are free
   logic                   out_valid_q, fifo_ready, pop;
   logic [RecordWidth-1:0] out_record_q;
   logic [CodeWidth-1:0]   out_code_q, before_q;  // of the record on its way to the FIFO, of the one before it
@@ -307,8 +315,9 @@ module xy_multimerge #(
   assign out_split = {differs, 6'(highest)};
 
   xy_fifo #(
-      .Width(xy_pkg::SplitWidth + RecordWidth),
-      .Depth(Fifo)
+      .Width     (xy_pkg::SplitWidth + RecordWidth),
+      .Depth     (Fifo),
+      .Registered(1)
   ) u_fifo (
       .clk_i,
       .rst_ni,
@@ -323,7 +332,8 @@ module xy_multimerge #(
   logic unused_fifo_ready;
   assign unused_fifo_ready = fifo_ready;
 
-  assign idle_o = !some_q && !started_q && (room_q == RoomWidth'(Fifo)) && bursts_ready && ready && !wipe_q;
+  assign done_o = done_q;
+  assign idle_o = done_q && bursts_ready && ready && !wipe_q;
 
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
@@ -335,6 +345,7 @@ module xy_multimerge #(
       wipe_q      <= 1'b1;
       out_valid_q <= 1'b0;
       room_q      <= RoomWidth'(Fifo);
+      done_q      <= 1'b1;
     end else if (clear_i) begin
       inserting_q <= 1'b0;
       left_q      <= '0;
@@ -344,9 +355,12 @@ module xy_multimerge #(
       wipe_q      <= 1'b1;
       out_valid_q <= 1'b0;
       room_q      <= RoomWidth'(Fifo);
+      done_q      <= 1'b1;
     end else begin
       out_valid_q <= output_record;
       room_q      <= room_q - RoomWidth'(output_record) + RoomWidth'(pop);
+      done_q      <= !start_i && !output_record && !some_q
+          && ((room_q == RoomWidth'(Fifo)) || (pop && (room_q == RoomWidth'(Fifo - 1))));
       started_q   <= start_i;
       if (ready) wipe_q <= 1'b0;
       if (output_record) begin
@@ -418,7 +432,8 @@ module xy_multimerge #(
   // The bits are what they stand for.
   a_left :
   assert property (@(posedge clk_i) disable iff (!rst_ni)
-      some_q == (left_q != '0) && final_q == (left_q == IndexWidth'(1)));
+      some_q == (left_q != '0) && final_q == (left_q == IndexWidth'(1))
+      && done_q == (!some_q && !started_q && room_q == RoomWidth'(Fifo)));
 
   // A place was promised.
   a_fifo_has_room :

@@ -1,15 +1,15 @@
 // The road to external memory: line port of the units on one side, AXI4 master on the other, and
 // between them the check of every address against the region that the request names.
 //
-//   rd_*, wr_* ──► xy_guard (one each) ──► xy_axi_read, xy_axi_write ──► AXI4
-//   rsp_*      ◄───────────────────────────────────┘
+//   rd_*, wr_* ──► queues of xy_axi_read, xy_axi_write ──► xy_guard (one each) ──► AXI4
+//   rsp_*      ◄─────────────────────┘
 //
 // Handshake   as in xy_axi_read and xy_axi_write; a request outside its region is dropped, and a read of a
 //             line that is being written waits until it is: every read shows what was written before.
 // Regions     base and length in lines, as the registers hold them; requests come a cycle after both or later.
 //             The check is right for every base and length, also where their sum is past the end of memory.
 // Latency     1 cycle to AXI, 0 cycles back.
-//             violation_o is a cycle behind its request, read_line_o and wrote_bytes_o behind AXI.
+//             violation_o, read_error_o, write_error_o, read_line_o and wrote_bytes_o are a cycle behind AXI.
 // Bytes       reads count whole lines, writes the bytes that are written.
 module xy_port #(
     parameter int unsigned DataWidth = 512,
@@ -46,6 +46,8 @@ module xy_port #(
     output logic                          violation_o,
     output logic [$clog2(Regions)-1:0]    violation_region_o,
     output logic [31:0]                   violation_addr_o,
+    output logic                          read_error_o,
+    output logic [31:0]                   read_addr_o,
     output logic                          write_error_o,
     output logic [31:0]                   write_addr_o,
     output logic                          moved_o,
@@ -87,9 +89,12 @@ module xy_port #(
     input  logic [1:0]                    bresp_i
 );
 
-  logic rd_valid, rd_violation, rd_idle, rd_waiting;
-  logic wr_valid, wr_violation, wr_idle, pending;
-  logic [25:0] rd_line;
+  localparam int unsigned RegionWidth = $clog2(Regions);
+
+  logic rd_allowed, rd_violation, rd_idle, rd_waiting;
+  logic wr_allowed, wr_violation, wr_idle, wr_held, wr_error, pending;
+  logic [25:0] rd_line, wr_line;
+  logic [RegionWidth-1:0] rd_region, wr_region;
   logic [31:0] rd_oldest, wr_oldest;
 
   // Regions stay while a job runs: their ends are not computed anew for every address.
@@ -100,42 +105,43 @@ module xy_port #(
 
   xy_guard #(.Regions(Regions)) u_read_guard (
       .base_i,
-      .end_i      (end_q),
-      .valid_i    (rd_valid_i),
-      .addr_i     (rd_addr_i),
-      .region_i   (rd_region_i),
-      .valid_o    (rd_valid),
-      .violation_o(rd_violation)
+      .end_i    (end_q),
+      .line_i   (rd_line),
+      .region_i (rd_region),
+      .allowed_o(rd_allowed)
   );
 
   xy_guard #(.Regions(Regions)) u_write_guard (
       .base_i,
-      .end_i      (end_q),
-      .valid_i    (wr_valid_i),
-      .addr_i     (wr_addr_i),
-      .region_i   (wr_region_i),
-      .valid_o    (wr_valid),
-      .violation_o(wr_violation)
+      .end_i    (end_q),
+      .line_i   (wr_line),
+      .region_i (wr_region),
+      .allowed_o(wr_allowed)
   );
 
   xy_axi_read #(
-      .DataWidth(DataWidth),
-      .IdWidth  (IdWidth),
-      .TagWidth (TagWidth)
+      .DataWidth  (DataWidth),
+      .IdWidth    (IdWidth),
+      .TagWidth   (TagWidth),
+      .RegionWidth(RegionWidth)
   ) u_read (
       .clk_i,
       .rst_ni,
-      .rd_valid_i    (rd_valid),
+      .rd_valid_i,
       .rd_ready_o,
       .rd_addr_i,
       .rd_tag_i,
+      .rd_region_i,
       .rsp_valid_o,
       .rsp_error_o,
       .rsp_addr_o,
       .rsp_tag_o,
       .rsp_data_o,
       .line_o        (rd_line),
+      .region_o      (rd_region),
+      .allowed_i     (rd_allowed),
       .pending_i     (pending),
+      .dropped_o     (rd_violation),
       .idle_o        (rd_idle),
       .oldest_valid_o(rd_waiting),
       .oldest_o      (rd_oldest),
@@ -155,22 +161,29 @@ module xy_port #(
   );
 
   xy_axi_write #(
-      .DataWidth(DataWidth),
-      .IdWidth  (IdWidth),
-      .LogLines (LogWrites)
+      .DataWidth  (DataWidth),
+      .IdWidth    (IdWidth),
+      .LogLines   (LogWrites),
+      .RegionWidth(RegionWidth)
   ) u_write (
       .clk_i,
       .rst_ni,
-      .wr_valid_i(wr_valid),
+      .wr_valid_i,
       .wr_ready_o,
       .wr_addr_i,
       .wr_data_i,
       .wr_strb_i,
-      .probe_i   (rd_line),
-      .pending_o (pending),
-      .error_o   (write_error_o),
-      .oldest_o  (wr_oldest),
-      .idle_o    (wr_idle),
+      .wr_region_i,
+      .line_o     (wr_line),
+      .region_o   (wr_region),
+      .allowed_i  (wr_allowed),
+      .forbidden_o(wr_violation),
+      .probe_i    (rd_line),
+      .pending_o  (pending),
+      .error_o    (wr_error),
+      .oldest_o   (wr_oldest),
+      .idle_o     (wr_idle),
+      .held_o     (wr_held),
       .awvalid_o,
       .awready_i,
       .awid_o,
@@ -189,9 +202,8 @@ module xy_port #(
       .bresp_i
   );
 
-  assign write_addr_o   = wr_oldest;
   // What is still queued was answered too early, which AXI4 forbids; it holds up what comes behind it.
-  assign idle_o         = rd_idle && wr_idle && !(awvalid_o || wvalid_o);
+  assign idle_o         = rd_idle && wr_idle && !wr_held;
   assign quiet_o        = wr_idle;
   assign waiting_addr_o = rd_waiting ? rd_oldest : wr_oldest;
   assign moved_o        = (arvalid_o && arready_i) || rvalid_i
@@ -201,19 +213,25 @@ module xy_port #(
   logic [DataWidth/8-1:0] wrote_q;
   always_ff @(posedge clk_i or negedge rst_ni) begin
     if (!rst_ni) begin
-      violation_o <= 1'b0;
-      read_line_o <= 1'b0;
-      wrote_q     <= '0;
+      violation_o   <= 1'b0;
+      read_error_o  <= 1'b0;
+      write_error_o <= 1'b0;
+      read_line_o   <= 1'b0;
+      wrote_q       <= '0;
     end else begin
-      violation_o <= rd_violation || wr_violation;
-      read_line_o <= arvalid_o && arready_i;
-      wrote_q     <= (wvalid_o && wready_i) ? wstrb_o : '0;
+      violation_o   <= rd_violation || wr_violation;
+      read_error_o  <= rsp_valid_o && rsp_error_o;
+      write_error_o <= wr_error;
+      read_line_o   <= arvalid_o && arready_i;
+      wrote_q       <= (wvalid_o && wready_i) ? wstrb_o : '0;
     end
   end
 
   always_ff @(posedge clk_i) begin
-    violation_region_o <= rd_violation ? rd_region_i : wr_region_i;
-    violation_addr_o   <= rd_violation ? rd_addr_i : wr_addr_i;
+    violation_region_o <= rd_violation ? rd_region : wr_region;
+    violation_addr_o   <= {rd_violation ? rd_line : wr_line, 6'd0};
+    read_addr_o        <= rsp_addr_o;
+    write_addr_o       <= wr_oldest;
   end
 
   always_comb begin

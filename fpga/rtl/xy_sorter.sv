@@ -53,6 +53,7 @@ module xy_sorter #(
   logic                  compare_q;   // a record is on its way, at the place after below_q
   logic [PlaceWidth-1:0] below_q;
   logic                  next_valid_q;  // the record after it has been fetched
+  (* keep *) logic       odd_q;         // below_q[0] once more, for what the comparison waits for
   logic                  turn_q;        // which of the two the record on its way is; the next one is the other
   logic [1:0][Width-1:0] fetched_q;
 
@@ -109,16 +110,21 @@ module xy_sorter #(
   assign record = fetched_q[turn_q];
   assign code   = record[Width-1-:CodeWidth];
   for (genvar b = 0; b < 2; b++) begin : gen_higher
-    assign higher[b] = read_code[b] > code;
+    assign higher[b] = code < read_code[b];  // this way round it is a carry chain and no more
   end
 
   // The memory is read for the output while a piece leaves, and written while one comes in.
-  logic works, swap, ends, fetch, load;
-  assign works = !accept && !giving_q;
-  assign swap  = works && compare_q && higher[below_odd];
-  assign ends  = works && compare_q && (!swap || (below_q == '0));
-  assign fetch = works && more_q && (!compare_q || (next_odd != below_odd));
-  assign load  = (works && more_q && !compare_q) || (ends && more_q && (fetch || next_valid_q));
+  // What hangs on the comparison is put together for both of its results.
+  logic works, compares, changes, lowest, follows, swap, ends, fetch, load;
+  assign works    = !accept && !giving_q;
+  assign compares = works && compare_q;
+  assign changes  = higher[odd_q];
+  assign lowest   = below_q == '0;
+  assign fetch    = works && more_q && (!compare_q || (next_odd != below_odd));
+  assign follows  = more_q && (fetch || next_valid_q);
+  assign swap     = compares && changes;
+  assign ends     = compares && (lowest || !changes);
+  assign load     = (works && more_q && !compare_q) || (changes ? compares && lowest && follows : compares && follows);
 
   for (genvar b = 0; b < 2; b++) begin : gen_access
     localparam bit Odd = (b == 1);
@@ -129,7 +135,7 @@ module xy_sorter #(
     assign write_word[b]   = accept ? {in_code_i[b], in_pair_i[b]}
         : ((below_odd == Odd) ? record : read[1-b]);
     assign read_row[b]     = (giving_q || in_order) ? out_row_q
-        : ((compare_q && (below_odd == Odd)) ? below_row : next_row);
+        : ((compare_q && (odd_q == Odd)) ? below_row : next_row);
   end
 
   // --- Output ---
@@ -194,8 +200,13 @@ module xy_sorter #(
   end
 
   always_ff @(posedge clk_i) begin
-    if (load) below_q <= begun_q[PlaceWidth-1:0] - 1'b1;
-    else if (swap) below_q <= below_q - 1'b1;
+    if (load) begin
+      below_q <= begun_q[PlaceWidth-1:0] - 1'b1;
+      odd_q   <= !begun_q[0];
+    end else if (swap) begin
+      below_q <= below_q - 1'b1;
+      odd_q   <= !odd_q;
+    end
     if (fetch) fetched_q[!turn_q] <= read[next_odd];
   end
 
@@ -206,7 +217,9 @@ module xy_sorter #(
     end
   end
 
-  // The bit is what it stands for.
+  // The bits are what they stand for.
+  a_odd :
+  assert property (@(posedge clk_i) disable iff (!rst_ni) compare_q |-> odd_q == below_q[0]);
   a_more :
   assert property (@(posedge clk_i) disable iff (!rst_ni) more_q == (begun_q < taken_q));
 

@@ -105,7 +105,7 @@ module xy_top #(
   xy_pkg::status_t                     status;
   logic                                unit_start, unit_clear, unit_ready, running,
                                        clear_counters;
-  logic                                config_ok;
+  logic                                config_ok_q;
 
   xy_pkg::subtree_t                    root;
   logic                                root_valid;
@@ -177,7 +177,10 @@ module xy_top #(
   // Counts whose bytes cannot be addressed would wrap around.
   assign trace_ok   = traces && (job.rays != '0) && (Tracer > 0)
       && ({job.primitives[31:26], job.rays[31:26], job.nodes[31:26], job.entries[31:26]} == '0);
-  assign config_ok  = (job.primitives != '0) && (job.primitives[31:27] == '0) && (build_ok || trace_ok);
+  // Registers do not change in the cycle in which a job starts.
+  always_ff @(posedge clk_i) begin
+    config_ok_q <= (job.primitives != '0) && (job.primitives[31:27] == '0) && (build_ok || trace_ok);
+  end
 
   xy_control #(.TimeOut(TimeOut)) u_control (
       .clk_i,
@@ -185,7 +188,7 @@ module xy_top #(
       .start_i             (start),
       .abort_i             (abort),
       .soft_reset_i        (soft_reset),
-      .config_ok_i         (config_ok),
+      .config_ok_i         (config_ok_q),
       .base_i              (base),
       .lines_i             (lines),
       .busy_o              (status.busy),
@@ -242,6 +245,9 @@ module xy_top #(
   xy_pkg::region_t              build_rd_region, build_wr_region;
   logic [xy_pkg::LineBits-1:0]  build_wr_data;
   logic [xy_pkg::LineBytes-1:0] build_wr_strb;
+
+  logic unused_rsp_addr;  // the control has it from read_addr
+  assign unused_rsp_addr = ^rsp_addr;
 
   // A line that comes back, for the unit that works.
   logic                         arrives;
@@ -420,6 +426,8 @@ module xy_top #(
       .violation_o       (violation),
       .violation_region_o(violation_region),
       .violation_addr_o  (violation_addr),
+      .read_error_o      (read_error),
+      .read_addr_o       (read_addr),
       .write_error_o     (write_error),
       .write_addr_o      (write_addr),
       .moved_o           (moved),
@@ -458,9 +466,6 @@ module xy_top #(
       .bid_i             (m_axi_bid_i),
       .bresp_i           (m_axi_bresp_i)
   );
-
-  assign read_error = rsp_valid && rsp_error;
-  assign read_addr  = rsp_addr;
 
   // --- Counters, in the order of the registers ---
 

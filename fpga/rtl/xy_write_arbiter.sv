@@ -46,7 +46,7 @@ module xy_write_arbiter #(
   end
 
   assign turn     = kept_q ? turn_q : next;
-  assign valid_o  = valid_i[turn];
+  assign valid_o  = kept_q ? valid_i[turn_q] : (|valid_i);
   assign addr_o   = addr_i[turn];
   assign data_o   = data_i[turn];
   assign strb_o   = strb_i[turn];

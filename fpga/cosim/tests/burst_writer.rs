@@ -189,7 +189,7 @@ fn rtl_and_model_agree_in_every_output_of_every_cycle() {
 
 /// Faults, each of which the lockstep must see.
 const MUTATIONS: [(&str, &str, &str); 7] = [
-    ("a burst leaves a cycle late", "(waits || (store && ends))", "waits"),
+    ("a burst leaves a cycle late", "(waits || (in_valid_i && ends))", "waits"),
     (
         "a burst pushes the one being sent away",
         "assign hand_over  = (!sending_q || sent)",

@@ -31,7 +31,7 @@ const MUTATIONS: [(&str, Mutation); 10] = [
         "subtrees of one level are not joined",
         Mutation {
             file: "xy_emitter.sv",
-            from: "? (top.level <= code_level) : (top.level <= leaf_level)",
+            from: "? !(code_level < top.level) : !(leaf_level < top.level)",
             to: "? (top.level < code_level) : (top.level < leaf_level)",
         },
     ),
@@ -39,7 +39,7 @@ const MUTATIONS: [(&str, Mutation); 10] = [
         "a subtree that waits is joined by the item's level",
         Mutation {
             file: "xy_emitter.sv",
-            from: "if (pending_valid_q) joins = top.level <= pending_q.level;",
+            from: "if (pending_valid_q) joins = !(pending_q.level < top.level);",
             to: "",
         },
     ),

@@ -9,9 +9,16 @@ use xylem_cosim::random::Random;
 use xylem_cosim::tools_for;
 use xylem_cosim::verilate::{self, CosimError, Mutation, Unit};
 
-fn build(depth: u64, mutation: Option<Mutation>) -> Result<std::path::PathBuf, CosimError> {
-    let parameters = [("Width", 64), ("Depth", depth)];
-    let config = format!("depth{depth}");
+/// Whether the first word comes from memory or from a register.
+const VARIANTS: [(&str, u64); 2] = [("read", 0), ("registered", 1)];
+
+fn build(
+    depth: u64,
+    (variant, registered): (&str, u64),
+    mutation: Option<Mutation>,
+) -> Result<std::path::PathBuf, CosimError> {
+    let parameters = [("Width", 64), ("Depth", depth), ("Registered", registered)];
+    let config = format!("{variant}-depth{depth}");
     let (top, files) = ("xy_fifo", "fifo.f");
     verilate::unit(&Unit { top, files, config: &config, parameters: &parameters }, mutation)
 }
@@ -71,36 +78,61 @@ fn words_come_out_in_order_and_none_is_lost() {
     if !tools_for("words_come_out_in_order_and_none_is_lost") {
         return;
     }
-    for depth in [2, 4, 16] {
-        let library = build(depth, None).unwrap_or_else(|error| panic!("{error}"));
-        for seed in 1..=2 {
-            let (through, full) = run(&library, depth as usize, seed, 50_000)
-                .unwrap_or_else(|stop| panic!("depth {depth}, seed {seed}: {stop}"));
-            println!("depth {depth}, seed {seed}: {through} words, {full} cycles full");
-            assert!(through > 10_000 && full > 1000);
+    for variant in VARIANTS {
+        for depth in [2, 4, 16] {
+            let library = build(depth, variant, None).unwrap_or_else(|error| panic!("{error}"));
+            for seed in 1..=2 {
+                let name = format!("{}, depth {depth}, seed {seed}", variant.0);
+                let (through, full) = run(&library, depth as usize, seed, 50_000)
+                    .unwrap_or_else(|stop| panic!("{name}: {stop}"));
+                println!("{name}: {through} words, {full} cycles full");
+                assert!(through > 10_000 && full > 1000);
+            }
         }
     }
 }
+
+/// Faults of both variants: what is wrong, and the text that makes it so.
+const FAULTS: [(&str, &str, &str); 4] = [
+    ("a word too many", "!= (AddrWidth + 1)'(Depth)", "<= (AddrWidth + 1)'(Depth)"),
+    ("a word is taken twice", "if (pop) read_q", "if (pop && !push) read_q"),
+    ("clear keeps a word", "end else if (clear_i) begin", "end else if (clear_i && !push) begin"),
+    (
+        "the last place is not written",
+        ".write_i     (in_ready_o)",
+        ".write_i     (in_ready_o && (write_q - read_q) != (AddrWidth + 1)'(Depth - 1))",
+    ),
+];
+
+/// Faults of the word in the register.
+const REGISTERED_FAULTS: [(&str, &str, &str); 4] = [
+    (
+        "the word behind the first one is always in memory",
+        "more ? read_data : in_data_i",
+        "valid_q ? read_data : in_data_i",
+    ),
+    ("the second word follows itself", "read_addr   = second[", "read_addr   = read_q["),
+    ("the last word stays", "(pop ? more : valid_q)", "valid_q"),
+    ("clear keeps the first word", "valid_q <= !clear_i && (push", "valid_q <= (push"),
+];
 
 #[test]
 fn every_fault_put_into_the_rtl_is_seen() {
     if !tools_for("every_fault_put_into_the_rtl_is_seen") {
         return;
     }
-    for (what, from, to) in [
-        ("a word too many", "!= (AddrWidth + 1)'(Depth)", "<= (AddrWidth + 1)'(Depth)"),
-        ("a word is taken twice", "if (pop) read_q", "if (pop && !push) read_q"),
-        (
-            "clear keeps a word",
-            "end else if (clear_i) begin",
-            "end else if (clear_i && !push) begin",
-        ),
-    ] {
-        let mutation = Mutation { file: "xy_fifo.sv", from, to };
-        let faulty = build(4, Some(mutation)).unwrap_or_else(|error| panic!("{what}: {error}"));
-        match run(&faulty, 4, 3, 50_000) {
-            Ok(passed) => panic!("not seen: {what}: {passed:?}"),
-            Err(stop) => println!("{what}: seen in cycle {}", stop.cycle()),
+    for variant in VARIANTS {
+        let registered = variant.1 == 1;
+        let own = if registered { &REGISTERED_FAULTS[..] } else { &[] };
+        for &(what, from, to) in FAULTS.iter().chain(own) {
+            let what = format!("{}: {what}", variant.0);
+            let mutation = Mutation { file: "xy_fifo.sv", from, to };
+            let faulty = build(4, variant, Some(mutation));
+            let faulty = faulty.unwrap_or_else(|error| panic!("{what}: {error}"));
+            match run(&faulty, 4, 3, 50_000) {
+                Ok(passed) => panic!("not seen: {what}: {passed:?}"),
+                Err(stop) => println!("{what}: seen in cycle {}", stop.cycle()),
+            }
         }
     }
 }

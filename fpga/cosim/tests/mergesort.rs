@@ -174,16 +174,16 @@ const MUTATIONS: [(&str, Mutation); 13] = [
         "equal codes change places",
         Mutation {
             file: "xy_sorter.sv",
-            from: "read_code[b] > code;",
-            to: "read_code[b] >= code;",
+            from: "code < read_code[b];",
+            to: "code <= read_code[b];",
         },
     ),
     (
         "records come in while others change places",
         Mutation {
             file: "xy_sorter.sv",
-            from: "assign works = !accept && !giving_q;",
-            to: "assign works = !giving_q;",
+            from: "assign works    = !accept && !giving_q;",
+            to: "assign works    = !giving_q;",
         },
     ),
     (
@@ -222,8 +222,8 @@ const MUTATIONS: [(&str, Mutation); 13] = [
         "a burst counts as here with its first line",
         Mutation {
             file: "xy_bursts.sv",
-            from: "if (rsp_valid_i && (come_now == '0))",
-            to: "if (rsp_valid_i && (rsp_line == '0))",
+            from: "rsp_valid_i && complete",
+            to: "rsp_valid_i && (rsp_line == '0)",
         },
     ),
     (
@@ -238,7 +238,7 @@ const MUTATIONS: [(&str, Mutation); 13] = [
         "the successor is used before it is here",
         Mutation {
             file: "xy_multimerge.sv",
-            from: "else if (buffer_ends) here = full[{slot, next_place[PlaceWidth-1]}];",
+            from: "else if (buffer_ends) here = slot_full[next_place[PlaceWidth-1]];",
             to: "",
         },
     ),

@@ -279,8 +279,8 @@ const MUTATIONS: [(&str, Mutation); 8] = [
         "a first record is used before it is here",
         Mutation {
             file: "xy_multimerge.sv",
-            from: "here = full[{slot, 1'b0}];",
-            to: "here = full[{slot, 1'b0}] || rsp_valid_i;",
+            from: "look_here_q  <= here;",
+            to: "look_here_q  <= here || (inserting_q && rsp_valid_i);",
         },
     ),
     (

@@ -1,7 +1,12 @@
 //! The memory port in gates: what is asked for arrives, in AXI's words, and nothing outside a region is
 //! touched.
+//!
+//! A request outside its region is taken like any other. It never reaches AXI and is never answered: it is
+//! dropped at the head of its queue, a read at once, a write when all lines sent before it have been
+//! answered. In every cycle in which a request outside stands at the head of its queue, and in no other, the
+//! port says so in the next one, and names it: the read, if there are both.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 
 use xylem::machine::port::IdealPort;
 use xylem_cosim::axi::{Fault, Slave};
@@ -31,11 +36,18 @@ struct Bench {
     random: Random,
     /// Reads under way, by tag.
     reading: HashMap<u64, u32>,
+    /// Requests taken that have neither been sent nor dropped: address and region.
+    queues: [VecDeque<(u64, u64)>; 2],
+    /// Lines sent to be written that have not been answered.
+    posted: u64,
     next_tag: u64,
     answered: u64,
+    /// Requests dropped.
     violations: u64,
     rd_errors: Vec<u32>,
     wr_errors: Vec<u32>,
+    /// Address of the write that was to fail.
+    failed_write: Option<u32>,
 }
 
 struct Pins {
@@ -71,11 +83,14 @@ impl Bench {
             expected: bytes,
             random,
             reading: HashMap::new(),
+            queues: [VecDeque::new(), VecDeque::new()],
+            posted: 0,
             next_tag: 0,
             answered: 0,
             violations: 0,
             rd_errors: Vec::new(),
             wr_errors: Vec::new(),
+            failed_write: None,
         }
     }
 
@@ -122,14 +137,18 @@ impl Bench {
         }
         self.memory.drive(rtl);
         rtl.settle();
+        let before = self.memory.lines();
         self.memory.respond(rtl);
+        let after = self.memory.lines();
         let taken =
             [rd.is_some() && rtl.is_set(pins.rd_ready), wr.is_some() && rtl.is_set(pins.wr_ready)];
+        let rd_fails =
+            rtl.is_set(rtl.output("rsp_valid_o")) && rtl.is_set(rtl.output("rsp_error_o"));
         if rtl.is_set(rtl.output("rsp_valid_o")) {
             let tag = rtl.get(rtl.output("rsp_tag_o"));
             let addr = self.reading.remove(&tag).expect("an answer to what was asked");
             assert_eq!(rtl.get(rtl.output("rsp_addr_o")) as u32, addr);
-            if rtl.is_set(rtl.output("rsp_error_o")) {
+            if rd_fails {
                 self.rd_errors.push(addr);
             } else {
                 let at = addr as usize;
@@ -137,18 +156,56 @@ impl Bench {
             }
             self.answered += 1;
         }
+
+        // What leaves the queues: to AXI, or dropped.
+        let mut outside = [None; 2];
+        for (i, sent, addr) in [
+            (0, after.0 > before.0, rtl.get(rtl.output("araddr_o"))),
+            (1, after.1 > before.1, rtl.get(rtl.output("awaddr_o"))),
+        ] {
+            let queue = &mut self.queues[i];
+            outside[i] = queue.front().copied().filter(|&(addr, region)| !is_inside(addr, region));
+            if sent {
+                let (asked, region) = queue.pop_front().expect("a line that was asked for");
+                assert!(outside[i].is_none(), "{asked:#x} is outside of region {region}");
+                assert_eq!(addr, asked);
+            } else if outside[i].is_some() && (i == 0 || self.posted == 0) {
+                queue.pop_front();
+                self.violations += 1;
+            }
+        }
+        self.posted += after.1 - before.1;
+        self.posted -= rtl.get_input(rtl.input("bvalid_i"));
+
+        rtl.edge().unwrap_or_else(|error| panic!("{error}"));
+        rtl.settle();
+        let told = rtl.is_set(rtl.output("violation_o")).then(|| {
+            let addr = rtl.get(rtl.output("violation_addr_o"));
+            (addr, rtl.get(rtl.output("violation_region_o")))
+        });
+        assert_eq!(told, outside[0].or(outside[1]), "what is outside");
+        assert_eq!(rtl.is_set(rtl.output("read_error_o")), rd_fails);
+        if rd_fails {
+            let addr = rtl.get(rtl.output("read_addr_o")) as u32;
+            assert_eq!(Some(&addr), self.rd_errors.last());
+        }
         if rtl.is_set(rtl.output("write_error_o")) {
             self.wr_errors.push(rtl.get(rtl.output("write_addr_o")) as u32);
         }
-        rtl.edge().unwrap_or_else(|error| panic!("{error}"));
-        rtl.settle();
-        self.violations += u64::from(rtl.is_set(rtl.output("violation_o")));
         if taken[0]
             && let Some((addr, region)) = rd
-            && is_inside(addr, region)
         {
-            self.reading.insert(self.next_tag, addr as u32);
+            self.queues[0].push_back((addr, region));
+            if is_inside(addr, region) {
+                self.reading.insert(self.next_tag, addr as u32);
+            }
+            // What is outside has its tag too, so that an answer to it is one to nothing.
             self.next_tag = (self.next_tag + 1) % (1 << 16);
+        }
+        if taken[1]
+            && let Some((addr, region, ..)) = wr
+        {
+            self.queues[1].push_back((addr, region));
         }
         taken
     }
@@ -156,49 +213,42 @@ impl Bench {
     /// Runs random traffic for some cycles, then until all is answered.
     fn run(&mut self, cycles: u64, write_fails: Option<u64>) {
         let (mut rd, mut wr) = (None, None);
-        let (mut rd_legal, mut wr_legal, mut writes) = (true, true, 0);
+        let mut writes = 0;
         for cycle in 0.. {
             let busy = cycle < cycles;
             if busy && rd.is_none() && self.random.below(3) > 0 {
                 // Never what is written: when a read sees a write is for units to know.
                 let region = 2 * self.random.below(4);
-                let (addr, region) = self.place(region);
-                rd_legal = is_inside(addr, region);
-                rd = Some((addr, region));
+                rd = Some(self.place(region));
             }
             if busy && wr.is_none() && self.random.below(3) > 0 {
                 let region = 2 * self.random.below(4) + 1;
                 let (addr, region) = self.place(region);
-                wr_legal = is_inside(addr, region);
                 let data = (0..64).map(|_| self.random.bits() as u8).collect();
                 wr = Some((addr, region, data, self.random.bits()));
             }
-            let violations = self.violations;
-            let legal = (rd.is_none() || rd_legal) && (wr.is_none() || wr_legal);
             let [read, written] = self.step(rd, wr.clone());
-            assert_eq!(self.violations == violations, legal, "cycle {cycle}");
-            if read || !rd_legal {
+            if read {
                 rd = None;
-                rd_legal = true;
             }
-            // What is outside goes nowhere, taken or not.
             if written
-                && wr_legal
-                && let Some((addr, _, data, strobe)) = &wr
+                && let Some((addr, region, data, strobe)) = wr.take()
+                && is_inside(addr, region)
             {
-                if write_fails != Some(writes) {
+                if write_fails == Some(writes) {
+                    self.failed_write = Some(addr as u32);
+                } else {
                     for byte in (0..64).filter(|byte| strobe >> byte & 1 == 1) {
-                        self.expected[*addr as usize + byte] = data[byte];
+                        self.expected[addr as usize + byte] = data[byte];
                     }
                 }
                 writes += 1;
             }
-            if written || !wr_legal {
-                wr = None;
-                wr_legal = true;
-            }
             let idle = self.rtl.is_set(self.rtl.output("idle_o"));
-            if !busy && idle && rd.is_none() && wr.is_none() && self.reading.is_empty() {
+            let held = self.queues.iter().any(|queue| !queue.is_empty());
+            let waits = held || self.posted > 0 || !self.reading.is_empty();
+            assert!(idle != waits, "cycle {cycle}: idle is {idle}");
+            if !busy && idle && rd.is_none() && wr.is_none() {
                 return;
             }
             assert!(cycle < cycles + 10_000, "not quiet: {:?}", self.reading);
@@ -258,7 +308,12 @@ fn an_error_response_names_its_line() {
             let mut bench = Bench::new(&library, 4, 5, seed);
             bench.memory.put_in(Fault::FailWrite(3 * seed));
             bench.run(2_000, Some(3 * seed));
-            assert_eq!((bench.rd_errors.len(), bench.wr_errors.len()), (0, 1), "seed {seed}");
+            let failed = bench.failed_write.expect("so many writes");
+            assert_eq!(
+                (bench.rd_errors.len(), &bench.wr_errors),
+                (0, &vec![failed]),
+                "seed {seed}"
+            );
             assert!(bench.memory.bytes == bench.expected, "seed {seed}: memory differs");
         }
     }
@@ -270,7 +325,7 @@ fn faults_put_into_the_port_are_seen() {
         return;
     }
     let faults = [
-        Mutation { file: "xy_guard.sv", from: "line} < end_i", to: "line} <= end_i" },
+        Mutation { file: "xy_guard.sv", from: "line_i} < end_i", to: "line_i} <= end_i" },
         Mutation {
             file: "xy_axi_read.sv",
             from: "rsp_error_o = rresp_i[1] || error_q",
@@ -278,11 +333,35 @@ fn faults_put_into_the_port_are_seen() {
         },
         Mutation {
             file: "xy_axi_read.sv",
-            from: "head_valid && !busy_q[next_q]",
-            to: "head_valid",
+            from: "row_free  = !busy_q[next_q]",
+            to: "row_free  = 1'b1",
         },
         Mutation { file: "xy_axi_write.sv", from: "queue_ready && !count_q", to: "!count_q" },
         Mutation { file: "xy_axi_write.sv", from: "strb[beat_q]", to: "strb[0]" },
+        // A read outside goes to AXI.
+        Mutation {
+            file: "xy_axi_read.sv",
+            from: "(allowed_i && !pending_i));",
+            to: "!pending_i);",
+        },
+        // A write outside does.
+        Mutation {
+            file: "xy_axi_write.sv",
+            from: "head_valid && (begun_q || allowed_i)",
+            to: "head_valid",
+        },
+        // A write outside is dropped in the place of one that has not been answered.
+        Mutation {
+            file: "xy_axi_write.sv",
+            from: "forbidden_o && (count_q <= (LogLines+1)'(queued_q))",
+            to: "forbidden_o",
+        },
+        // A request outside is told of by the other one's name.
+        Mutation {
+            file: "xy_port.sv",
+            from: "rd_violation ? rd_region : wr_region",
+            to: "wr_violation ? wr_region : rd_region",
+        },
     ];
     for fault in faults {
         let library = build(32, Some(fault));

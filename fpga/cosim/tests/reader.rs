@@ -214,8 +214,8 @@ const MUTATIONS: [(&str, Mutation); 15] = [
         "room for a line too many",
         Mutation {
             file: "xy_reader.sv",
-            from: "!= (TagWidth + 1)'(Room));\n",
-            to: "<= (TagWidth + 1)'(Room));\n",
+            from: "(away == (TagWidth + 1)'(Room - 1))",
+            to: "(away == (TagWidth + 1)'(Room))",
         },
     ),
     (
@@ -230,7 +230,7 @@ const MUTATIONS: [(&str, Mutation); 15] = [
         "the place of the second record is that of the first",
         Mutation {
             file: "xy_reader.sv",
-            from: "index_q - 32'd2 + 32'(valid_q[0])",
+            from: "index_q - 32'd2 + 32'(first_good_q)",
             to: "index_q - 32'd2",
         },
     ),
@@ -248,7 +248,7 @@ const MUTATIONS: [(&str, Mutation); 15] = [
     ),
     (
         "the fourth pair of triangles starts where the third does",
-        Mutation { file: "xy_reader.sv", from: "both[384+:", to: "both[256+:" },
+        Mutation { file: "xy_reader.sv", from: "both[384+From+:", to: "both[256+From+:" },
     ),
     (
         "a pair of triangles is taken from a line that has not come",
@@ -280,7 +280,11 @@ const MUTATIONS: [(&str, Mutation); 15] = [
     ),
     (
         "the third vertex does not count for the lower corner",
-        Mutation { file: "xy_unpack_triangle.sv", from: "(c < low) ? c : low", to: "low" },
+        Mutation {
+            file: "xy_unpack_triangle.sv",
+            from: "low_c  = ab ? !ac : !bc",
+            to: "low_c  = 1'b0",
+        },
     ),
     (
         "the third vertex may be off the grid",

@@ -130,32 +130,32 @@ const MUTATIONS: [(&str, Mutation); 8] = [
         "equal codes change places",
         Mutation {
             file: "xy_sorter.sv",
-            from: "read_code[b] > code;",
-            to: "read_code[b] >= code;",
+            from: "code < read_code[b];",
+            to: "code <= read_code[b];",
         },
     ),
     (
         "the lowest record is not compared with",
         Mutation {
             file: "xy_sorter.sv",
-            from: "(!swap || (below_q == '0))",
-            to: "(!swap || (below_q <= 1))",
+            from: "lowest   = below_q == '0",
+            to: "lowest   = below_q <= 1",
         },
     ),
     (
         "sorting goes on while records come in",
         Mutation {
             file: "xy_sorter.sv",
-            from: "works = !accept && !giving_q",
-            to: "works = !giving_q",
+            from: "works    = !accept && !giving_q",
+            to: "works    = !giving_q",
         },
     ),
     (
         "sorting goes on while records leave",
         Mutation {
             file: "xy_sorter.sv",
-            from: "works = !accept && !giving_q",
-            to: "works = !accept",
+            from: "works    = !accept && !giving_q",
+            to: "works    = !accept",
         },
     ),
     (
