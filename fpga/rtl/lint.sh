@@ -85,5 +85,5 @@ lint mergesort paper Capacity 8192 Burst 16 Sorters 8 Fifo 16 ReadAhead 32
 
 lint top small Capacity 128 Burst 4 Sorters 2 Fifo 4 ReadAhead 8 TimeOut 2000
 lint top paper Capacity 8192 Burst 16 Sorters 8 Fifo 16 ReadAhead 32 Depth 2 CacheWidth 9 CacheBlock 1
-lint top ecp5 Capacity 2048 Burst 8 Sorters 4 Fifo 8 ReadAhead 16 CodeWidth 30 DataWidth 128 Depth 0 Tracer 0
+lint top ecp5 Capacity 2048 Burst 8 Sorters 2 Fifo 8 ReadAhead 16 CodeWidth 30 DataWidth 128 Depth 0 Tracer 0
 lint top builder Capacity 128 Burst 4 Sorters 2 Fifo 4 ReadAhead 8 DataWidth 64 Depth 0 Tracer 0

